@@ -1,0 +1,198 @@
+"""A component: its table of variables and its CasADi functions, checked against each other once, when it is made.
+
+    x' = rhs(x, u, p)         continuous states between sample instants
+    y  = output(x, u, p)      at any time
+    x+ = sample(x, u, p)      at t = 0, period, 2 period, ... where the component has a sampled part
+
+x, u, y and p are columns in the order of the rows of the table that are state, input, output and parameter. A row can be
+state and output at once: its output is the state itself. All numbers are SI.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from component.integration import METHODS, step_function
+from component.variables import Variable
+
+
+@dataclass(frozen=True)
+class Bond:
+    """A power bond of a component: `motion` crosses the wall one way, `effort` the other, about or along the same axis.
+
+    The product of the two is a power. `axis` names it ("yaw"), `connector` the mount it belongs to.
+    """
+
+    connector: str
+    axis: str
+    motion: str
+    effort: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Component:
+    """See the module's docstring. `internal_step` (s) bounds the steps of the component's own integrator.
+
+    name, variant : "gyro_unit", "nonlinear"; together `spec` "gyro_unit:nonlinear".
+    equations : the equations as plain text, for the documentation inside the FMU.
+    method : a key of `component.integration.METHODS`.
+    """
+
+    name: str
+    variant: str
+    description: str
+    equations: str
+    variables: tuple[Variable, ...]
+    rhs: ca.Function
+    output: ca.Function
+    internal_step: float
+    method: str = "rk4"
+    bonds: tuple[Bond, ...] = ()
+    sample: ca.Function | None = None
+    sample_period: float | None = None
+    step: ca.Function = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check that table and functions agree; ValueError names component, variable and rule."""
+        where = f"component {self.spec!r}"
+        names = [v.name for v in self.variables]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"{where}: variable names must differ, got {name!r} twice")
+        if not (np.isfinite(self.internal_step) and self.internal_step > 0.0):
+            raise ValueError(f"{where}: internal_step must be positive, got {self.internal_step!r}")
+        if self.method not in METHODS:
+            raise ValueError(f"{where}: method must be one of {', '.join(METHODS)}, got {self.method!r}")
+        if (self.sample is None) != (self.sample_period is None):
+            raise ValueError(f"{where}: sample and sample_period must be given together")
+        if self.sample_period is not None and not self.sample_period > 0.0:
+            raise ValueError(f"{where}: sample_period must be positive, got {self.sample_period!r}")
+        n_x, n_u, n_p, n_y = (len(part) for part in (self.states, self.inputs, self.parameters, self.outputs))
+        wanted = {"rhs": (self.rhs, n_x, "states"), "output": (self.output, n_y, "outputs")}
+        if self.sample is not None:
+            wanted["sample"] = (self.sample, n_x, "states")
+        for label, (function, rows, of) in wanted.items():
+            for index, (size, part) in enumerate(((n_x, "states"), (n_u, "inputs"), (n_p, "parameters"))):
+                if function.n_in() != 3 or function.size1_in(index) != size or function.size2_in(index) not in (0, 1):
+                    raise ValueError(f"{where}: {label} must take (x, u, p) with {size} {part} as argument {index + 1}")
+            if function.n_out() != 1 or function.size1_out(0) != rows:
+                raise ValueError(f"{where}: {label} must return one column of {rows} {of}, got {function.size1_out(0)} rows")
+        known = {v.name: v.causality for v in self.variables}
+        for bond in self.bonds:
+            for name in (bond.motion, bond.effort):
+                if known.get(name) not in ("input", "output"):
+                    raise ValueError(f"{where}: bond {bond.axis!r} must join an input and an output, got {name!r}")
+        x, u, p = self.start_state, self.start_input, self.start_parameters
+        if not np.all(np.isfinite(np.array(self.rhs(x, u, p)))):
+            raise ValueError(f"{where}: rhs must be finite at the start values")
+        y = np.array(self.output(x, u, p)).ravel()
+        for row, value in zip(self.outputs, y, strict=True):
+            if not np.isfinite(value):
+                raise ValueError(f"{where}: output {row.name!r} must be finite at the start values, got {value!r}")
+        self._check_output_states(x, u, p)
+        object.__setattr__(self, "step", step_function(self.rhs, self.method))
+
+    def _check_output_states(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
+        """A row that is state and output must come out of `output` unchanged: tried at one uneven state."""
+        uneven = x + 0.01 * (1.0 + np.arange(x.size))
+        y = np.array(self.output(uneven, u, p)).ravel()
+        for row, index in self.output_states.items():
+            if y[[v.name for v in self.outputs].index(row)] != uneven[index]:
+                raise ValueError(f"component {self.spec!r}: output {row!r} must be the state of the same name")
+
+    @property
+    def spec(self) -> str:
+        """`name:variant`, as the command line writes it."""
+        return f"{self.name}:{self.variant}"
+
+    @cached_property
+    def states(self) -> tuple[Variable, ...]:
+        """The rows of x."""
+        return tuple(v for v in self.variables if v.is_state)
+
+    @cached_property
+    def inputs(self) -> tuple[Variable, ...]:
+        """The rows of u."""
+        return tuple(v for v in self.variables if v.causality == "input")
+
+    @cached_property
+    def outputs(self) -> tuple[Variable, ...]:
+        """The rows of y, states among them."""
+        return tuple(v for v in self.variables if v.causality == "output")
+
+    @cached_property
+    def parameters(self) -> tuple[Variable, ...]:
+        """The rows of p."""
+        return tuple(v for v in self.variables if v.causality == "parameter")
+
+    @cached_property
+    def output_states(self) -> dict[str, int]:
+        """Name of each row that is output and state -> its place in x."""
+        return {v.name: i for i, v in enumerate(self.states) if v.causality == "output"}
+
+    @property
+    def start_state(self) -> np.ndarray:
+        """x at the start, shape (n_x,)."""
+        return np.array([v.start for v in self.states])
+
+    @property
+    def start_input(self) -> np.ndarray:
+        """u at the start, shape (n_u,)."""
+        return np.array([v.start for v in self.inputs])
+
+    @property
+    def start_parameters(self) -> np.ndarray:
+        """p at the start, shape (n_p,)."""
+        return np.array([v.start for v in self.parameters])
+
+    @cached_property
+    def feedthrough(self) -> np.ndarray:
+        """Boolean (n_y, n_u): which output depends directly on which input, from the sparsity of `output`."""
+        return np.array(ca.DM(self.output.jac_sparsity(0, 1), 1.0).full() != 0.0).reshape(len(self.outputs), len(self.inputs))
+
+
+def build(
+    *,
+    name: str,
+    variant: str,
+    description: str,
+    equations: str,
+    variables: Sequence[Variable],
+    model: Callable[[dict[str, ca.SX]], tuple[dict[str, Any], dict[str, Any]]],
+    internal_step: float,
+    method: str = "rk4",
+    bonds: Sequence[Bond] = (),
+) -> Component:
+    """Make a component from `model`, which maps symbols by variable name to (state derivatives, outputs) by name.
+
+    Outputs that are states need not be returned. ValueError if a name is missing or not in the table.
+    """
+    symbols = {v.name: ca.SX.sym(v.name) for v in variables if v.is_state or v.causality in ("input", "parameter")}
+    derivatives, outputs = model(symbols)
+    states = [v.name for v in variables if v.is_state]
+    computed = [v.name for v in variables if v.causality == "output"]
+    outputs = {n: symbols[n] for n in computed if n in states} | outputs
+    for what, got, wanted in (("derivatives", derivatives, states), ("outputs", outputs, computed)):
+        if set(got) != set(wanted):
+            odd = ", ".join(sorted(set(got) ^ set(wanted)))
+            raise ValueError(f"component '{name}:{variant}': {what} must be given for exactly the rows of the table, differs in {odd}")
+
+    def column(kind: Callable[[Variable], bool]) -> ca.SX:
+        return ca.vertcat(ca.SX(0, 1), *(symbols[v.name] for v in variables if kind(v)))
+
+    args = [
+        column(lambda v: v.is_state),
+        column(lambda v: v.causality == "input"),
+        column(lambda v: v.causality == "parameter"),
+    ]
+    labels = ["x", "u", "p"]
+    return Component(
+        name=name, variant=variant, description=description, equations=equations, variables=tuple(variables),
+        rhs=ca.Function("rhs", args, [ca.vertcat(ca.SX(0, 1), *(derivatives[n] for n in states))], labels, ["x_dot"]),
+        output=ca.Function("output", args, [ca.vertcat(ca.SX(0, 1), *(outputs[n] for n in computed))], labels, ["y"]),
+        internal_step=internal_step, method=method, bonds=tuple(bonds),
+    )  # fmt: skip

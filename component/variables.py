@@ -1,0 +1,141 @@
+"""One row of a component's table of variables."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from component.units import compatible, unit
+
+Causality = Literal["parameter", "input", "output", "local"]
+Variability = Literal["fixed", "tunable", "discrete", "continuous"]
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\[\d+\])?")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """A named scalar signal, state or parameter; numbers in `unit`, which is SI.
+
+    symbol : what the source calls it (inside physics the code does too).
+    source : where a parameter's value comes from, e.g. "Table 1"; empty for signals.
+    assumed : range (low, high) of a value that the source leaves open; None where the source states it.
+    is_state : the variable is an element of x; a state may be an output as well.
+    """
+
+    name: str
+    causality: Causality
+    variability: Variability
+    unit: str
+    start: float
+    meaning: str
+    symbol: str = ""
+    source: str = ""
+    assumed: tuple[float, float] | None = None
+    min: float | None = None
+    max: float | None = None
+    nominal: float | None = None
+    display_unit: str | None = None
+    is_state: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse a row that no FMU could carry, naming the row, the rule and the value."""
+        if not _NAME.fullmatch(self.name):
+            raise ValueError(f"variable name must be a C identifier, perhaps with [index], got {self.name!r}")
+        if not self.unit:
+            raise ValueError(f"variable {self.name!r} must have a unit ('1' for a pure number), got none")
+        try:
+            factor = unit(self.unit).factor
+        except ValueError as error:
+            raise ValueError(f"variable {self.name!r}: {error}") from None
+        if factor != 1.0:
+            raise ValueError(f"variable {self.name!r} must be in an SI unit, got {self.unit!r}")
+        if self.display_unit is not None and not compatible(self.display_unit, self.unit):
+            raise ValueError(f"variable {self.name!r}: display unit {self.display_unit!r} does not fit {self.unit!r}")
+        if not self.meaning:
+            raise ValueError(f"variable {self.name!r} must have a meaning, got none")
+        for rule, value in (("start", self.start), ("min", self.min), ("max", self.max), ("nominal", self.nominal)):
+            if value is not None and not math.isfinite(value):
+                raise ValueError(f"variable {self.name!r}: {rule} must be finite, got {value!r}")
+        for low, high, rule in (
+            (self.min, self.start, "start must be at least min"),
+            (self.start, self.max, "start must be at most max"),
+            (self.min, self.max, "min must be at most max"),
+        ):
+            if low is not None and high is not None and low > high:
+                raise ValueError(f"variable {self.name!r}: {rule}, got {low!r} > {high!r}")
+        if self.assumed is not None and not self.assumed[0] <= self.start <= self.assumed[1]:
+            raise ValueError(f"variable {self.name!r}: start must lie in its assumed range {self.assumed}, got {self.start!r}")
+
+    def check(self, value: float) -> float:
+        """`value` if it is finite and lies within min and max, else ValueError naming variable, rule and value."""
+        if not math.isfinite(value):
+            raise ValueError(f"{self.name} must be finite, got {value!r}")
+        if self.min is not None and value < self.min:
+            raise ValueError(f"{self.name} must be at least {self.min:g} {self.unit}, got {value:g}")
+        if self.max is not None and value > self.max:
+            raise ValueError(f"{self.name} must be at most {self.max:g} {self.unit}, got {value:g}")
+        return value
+
+
+def parameter(
+    name: str,
+    start: float,
+    unit: str,
+    meaning: str,
+    *,
+    symbol: str = "",
+    source: str,
+    assumed: tuple[float, float] | None = None,
+    min: float | None = None,
+    max: float | None = None,
+    nominal: float | None = None,
+    display_unit: str | None = None,
+    tunable: bool = True,
+) -> Variable:
+    """A parameter: an element of p. Every one states where its value comes from."""
+    return Variable(
+        name=name, causality="parameter", variability="tunable" if tunable else "fixed", unit=unit, start=start,
+        meaning=meaning, symbol=symbol, source=source, assumed=assumed, min=min, max=max, nominal=nominal,
+        display_unit=display_unit,
+    )  # fmt: skip
+
+
+def input_(name: str, unit: str, meaning: str, *, symbol: str = "", start: float = 0.0, nominal: float | None = None) -> Variable:
+    """A continuous input: an element of u."""
+    return Variable(
+        name=name, causality="input", variability="continuous", unit=unit, start=start, meaning=meaning,
+        symbol=symbol, nominal=nominal,
+    )  # fmt: skip
+
+
+def output(name: str, unit: str, meaning: str, *, symbol: str = "", nominal: float | None = None) -> Variable:
+    """An output that the output function computes; its start value is computed too."""
+    return Variable(
+        name=name, causality="output", variability="continuous", unit=unit, start=0.0, meaning=meaning,
+        symbol=symbol, nominal=nominal,
+    )  # fmt: skip
+
+
+def state(
+    name: str,
+    unit: str,
+    meaning: str,
+    *,
+    symbol: str = "",
+    start: float = 0.0,
+    source: str = "",
+    assumed: tuple[float, float] | None = None,
+    is_output: bool = False,
+    discrete: bool = False,
+    min: float | None = None,
+    max: float | None = None,
+    nominal: float | None = None,
+    display_unit: str | None = None,
+) -> Variable:
+    """A state: an element of x; with `is_output` also of y, with `discrete` changed only by the sampled part."""
+    return Variable(
+        name=name, causality="output" if is_output else "local", variability="discrete" if discrete else "continuous",
+        unit=unit, start=start, meaning=meaning, symbol=symbol, source=source, assumed=assumed, min=min, max=max,
+        nominal=nominal, display_unit=display_unit, is_state=True,
+    )  # fmt: skip

@@ -1,0 +1,32 @@
+"""The connector of the gyro mount, the same for every variant and every vehicle, and the signals every variant reports.
+
+Into the unit: the absolute rates of the frame that carries it, about its axes x (forward), y (lateral) and z (up).
+Out of it: the moments on that frame about the same axes, so that rate times moment is the power INTO the vehicle.
+A variant without a pitch or roll moment returns 0 for it. Gimbal and rotor masses that ride on the frame belong to the
+vehicle, so that no acceleration crosses the wall.
+"""
+
+from component import Bond, Variable, input_, output, state
+
+BONDS = tuple(Bond("mount", axis, motion=f"{axis}_rate", effort=f"{axis}_moment") for axis in ("yaw", "roll", "pitch"))
+
+CONNECTOR: tuple[Variable, ...] = (
+    input_("yaw_rate", "rad/s", "absolute yaw rate of the carrying frame", symbol="psi'", nominal=1.0),
+    input_("roll_rate", "rad/s", "absolute roll rate of the carrying frame", symbol="phi'", nominal=1.0),
+    input_("pitch_rate", "rad/s", "absolute pitch rate of the carrying frame", symbol="theta'", nominal=1.0),
+    output("yaw_moment", "N.m", "yaw moment on the carrying frame", symbol="M_z", nominal=0.01),
+    output("roll_moment", "N.m", "roll moment on the carrying frame", symbol="M_x", nominal=0.01),
+    output("pitch_moment", "N.m", "pitch moment on the carrying frame", symbol="M_y", nominal=0.01),
+)
+
+ENERGY: tuple[Variable, ...] = (
+    output("stored_energy", "J", "kinetic energy of the gimbal and energy of its spring", symbol="E", nominal=0.01),
+    output("dissipated_power", "W", "power turned into heat, never negative", symbol="P_c", nominal=0.01),
+)
+
+GIMBAL: tuple[Variable, ...] = (
+    state("gimbal_angle", "rad", "angle of the inner gimbal against the frame", symbol="eta", is_output=True, nominal=0.1,
+          source="sec. 2.4"),
+    state("gimbal_pitch_rate", "rad/s", "absolute rate of the inner gimbal about the gimbal axis: theta' + eta'",
+          symbol="omega_y", nominal=1.0, source="sec. 2.4"),
+)  # fmt: skip
