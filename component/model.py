@@ -179,7 +179,9 @@ def build(
     for what, got, wanted in (("derivatives", derivatives, states), ("outputs", outputs, computed)):
         if set(got) != set(wanted):
             odd = ", ".join(sorted(set(got) ^ set(wanted)))
-            raise ValueError(f"component '{name}:{variant}': {what} must be given for exactly the rows of the table, differs in {odd}")
+            raise ValueError(
+                f"component '{name}:{variant}': {what} must be given for exactly the rows of the table, differs in {odd}"
+            )
 
     def column(kind: Callable[[Variable], bool]) -> ca.SX:
         return ca.vertcat(ca.SX(0, 1), *(symbols[v.name] for v in variables if kind(v)))
