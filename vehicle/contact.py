@@ -1,0 +1,119 @@
+"""Wheel-rail contact as functions: the patch by Hertz, the tangential forces by a law chosen by name.
+
+The same formulas serve numbers here and symbols in the vehicle's equations. Rolling direction x, across y, normal z up;
+forces and moment act on the wheel.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import casadi as ca
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from vehicle.creep_laws import Patch, creep_law
+from vehicle.kalker import coefficients
+
+
+class HertzPatch(NamedTuple):
+    """Semi-axes `a` (along the rolling direction) and `b` (m), approach of the bodies (m), largest pressure (Pa)."""
+
+    a: float
+    b: float
+    approach: float
+    peak_pressure: float
+
+
+class CreepForces(NamedTuple):
+    """Forces along and across the rolling direction (N) and spin moment (N m) on the wheel."""
+
+    Fx: Any
+    Fy: Any
+    Mz: Any
+
+
+def hertz_patch(
+    normal_load: float,
+    wheel_rolling_radius: float,
+    wheel_transverse_radius: float,
+    rail_transverse_radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+) -> HertzPatch:
+    """The elliptic contact of wheel and rail, both of one material, by Hertz' theory with exact elliptic integrals.
+
+    Radii in m, positive where convex, `math.inf` where straight, the wheel's transverse one negative where hollow.
+    ValueError if the load is not positive, or the surfaces conform (no point contact).
+    """
+    _positive("normal_load", normal_load)
+    _positive("wheel_rolling_radius", wheel_rolling_radius, infinite=True)
+    _positive("rail_transverse_radius", rail_transverse_radius, infinite=True)
+    _positive("youngs_modulus", youngs_modulus)
+    if not -1.0 < poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio must lie in -1..0.5, got {poisson_ratio:g}")
+    if math.isnan(wheel_transverse_radius) or wheel_transverse_radius == 0.0:
+        raise ValueError(f"wheel_transverse_radius must be a number other than 0, got {wheel_transverse_radius:g}")
+    A = 0.5 / wheel_rolling_radius  # gap = A x^2 + B y^2, the rail being straight along x
+    B = 0.5 / wheel_transverse_radius + 0.5 / rail_transverse_radius
+    if not (A > 0.0 and B > 0.0):
+        raise ValueError(f"relative curvatures must be positive for a point contact, got {2 * A:g} and {2 * B:g} 1/m")
+    ratio = min(A, B) / max(A, B)  # curvature along the long axis over that along the short one
+
+    def curvature_ratio(m: float) -> float:
+        """Of an ellipse with m = 1 - (short / long)^2: A_long / A_short = (K - E) / (E / (1 - m) - K)."""
+        return float((ellipk(m) - ellipe(m)) / (ellipe(m) / (1.0 - m) - ellipk(m)))
+
+    m = 0.0 if ratio > 1.0 - 1e-6 else brentq(lambda m: curvature_ratio(m) - ratio, 1e-9, 1.0 - 1e-12, xtol=1e-15)
+    K, E = float(ellipk(m)), float(ellipe(m))
+    modulus = youngs_modulus / (2.0 * (1.0 - poisson_ratio**2))  # 1 / E* = 2 (1 - nu^2) / E
+    # A + B = (3 N / (2 pi E*)) E / (long short^2), Johnson, Contact Mechanics, eqs. (4.26)-(4.30)
+    long = (1.5 * normal_load * E / (math.pi * modulus * (A + B) * (1.0 - m))) ** (1.0 / 3.0)
+    short = long * math.sqrt(1.0 - m)
+    approach = 1.5 * normal_load * K / (math.pi * modulus * long)
+    a, b = (long, short) if A <= B else (short, long)
+    return HertzPatch(a, b, approach, 1.5 * normal_load / (math.pi * a * b))
+
+
+def creep_forces(
+    longitudinal_creepage: Any,
+    lateral_creepage: Any,
+    spin: Any,
+    a: Any,
+    b: Any,
+    normal_load: Any,
+    friction: Any,
+    shear_modulus: Any,
+    poisson_ratio: Any,
+    law: str = "fastsim",
+) -> CreepForces:
+    """Forces on the wheel of a patch with semi-axes `a` (rolling direction) and `b` (m). Numbers give numbers, symbols symbols.
+
+    spin : 1/m, the wheel's angular velocity about the upward normal over the rolling speed.
+    law : "kalker" (or "linear"), "shen-hedrick-elkins", "polach", "fastsim"; vehicle.creep_laws states each.
+    poisson_ratio : of both bodies; Kalker's coefficients depend on it (vehicle.kalker).
+    ValueError for an unknown law, friction outside 0..1, a load below 0, axes or modulus that are not positive.
+    """
+    force = creep_law(law)
+    for name, value, low, high in (
+        ("friction", friction, 0.0, 1.0),
+        ("poisson_ratio", poisson_ratio, 0.0, 0.5),
+        ("normal_load", normal_load, 0.0, math.inf),
+    ):
+        if not isinstance(value, ca.SX) and not low <= value <= high:
+            raise ValueError(f"{name} must lie in {low:g}..{high:g}, got {value:g}")
+    for name, value in (("a", a), ("b", b), ("shear_modulus", shear_modulus)):
+        if not isinstance(value, ca.SX):
+            _positive(name, value)
+    creepages = {"longitudinal_creepage": longitudinal_creepage, "lateral_creepage": lateral_creepage, "spin": spin}
+    for name, value in creepages.items():
+        if not isinstance(value, ca.SX) and not math.isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value:g}")
+    symbolic = any(isinstance(v, ca.SX) for v in (*creepages.values(), a, b, normal_load, friction, shear_modulus))
+    patch = Patch(a, b, normal_load, friction, shear_modulus, coefficients(a, b, poisson_ratio), grid=7 if symbolic else 50)
+    forces = force(longitudinal_creepage, lateral_creepage, spin, patch)
+    return CreepForces(*(forces if symbolic else map(float, forces)))
+
+
+def _positive(name: str, value: float, infinite: bool = False) -> None:
+    if not (value > 0.0 and (infinite or math.isfinite(value))):
+        raise ValueError(f"{name} must be positive{'' if infinite else ' and finite'}, got {value:g}")
