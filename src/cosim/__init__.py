@@ -1,1 +1,31 @@
-"""The master: it couples components through their signals, and knows none of them by name."""
+"""The master: it couples components through their signals, and knows none of them by name.
+
+from cosim import Jacobi, simulate, system
+
+run = simulate(system("wheel-pair"), algorithm=Jacobi(1), step=1e-3, stop=60.0)
+print(run.trajectory["vehicle.yaw_angle"][-1], run.energy_residual)
+"""
+
+from cosim.coupling import Algorithm, GaussSeidel, Jacobi
+from cosim.errors import RunError, SlaveError, WiringError
+from cosim.master import Run, simulate
+from cosim.ssd import system
+from cosim.system import Connection, Part, PowerBond, System
+from cosim.trajectory import Trajectory
+
+__all__ = [
+    "Algorithm",
+    "Connection",
+    "GaussSeidel",
+    "Jacobi",
+    "Part",
+    "PowerBond",
+    "Run",
+    "RunError",
+    "SlaveError",
+    "System",
+    "Trajectory",
+    "WiringError",
+    "simulate",
+    "system",
+]

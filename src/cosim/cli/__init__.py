@@ -1,0 +1,58 @@
+"""The command line: `cosim COMMAND`. One file a command; this one puts them together and turns errors into one line.
+
+Exit codes: 0 done, 1 a run or a check that failed, 2 wrong use.
+"""
+
+import sys
+from collections.abc import Sequence
+
+import click
+import typer
+
+from cosim.cli import converge, export, listing, paper, run
+from cosim.errors import RunError
+
+app = typer.Typer(
+    name="cosim",
+    help="Co-simulation of a railway vehicle and its gyroscopic damper, and of FMUs in general.",
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
+for name, function in (
+    ("list", listing.command),
+    ("run", run.command),
+    ("export", export.command),
+    ("converge", converge.command),
+    ("paper", paper.command),
+):
+    app.command(name)(function)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    try:
+        code = app(args=None if arguments is None else list(arguments), prog_name="cosim", standalone_mode=False)
+        return code if isinstance(code, int) else 0
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message())
+        return 2
+    except click.ClickException as error:
+        return _complain(error.format_message(), 2)
+    except click.Abort:
+        return _complain("interrupted", 1)
+    except RunError as error:
+        return _complain(str(error), 1)
+    except ValueError as error:
+        return _complain(str(error), 2)
+    except OSError as error:
+        return _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), 1)
+    except RuntimeError as error:
+        return _complain(str(error), 1)
+
+
+def _complain(message: str, code: int) -> int:
+    print("cosim: " + " ".join(message.split()), file=sys.stderr)
+    return code

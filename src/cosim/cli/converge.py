@@ -1,0 +1,79 @@
+"""cosim converge: a ladder of macro steps against the reference."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from cosim.cli.common import AsJson, Gyro, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from cosim.coupling import ALGORITHMS, algorithm
+
+
+def command(
+    system: SystemName,
+    gyro: Gyro = None,
+    set_: Values = None,
+    step: Annotated[
+        str | None, typer.Option(metavar="TIME", help="coarsest macro step; 32 times the system's own otherwise")
+    ] = None,
+    rungs: Annotated[int, typer.Option(help="how many steps, each half of the one before")] = 5,
+    stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs; 125 coarsest steps otherwise")] = None,
+    algorithms: Annotated[str, typer.Option("--algorithm", metavar="A,B,...", help="coupling algorithms")] = ",".join(ALGORITHMS),
+    orders: Annotated[str, typer.Option("--order", metavar="K,...", help="degrees of the input extrapolation")] = "0,1,2",
+    in_process: InProcess = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw errors over steps, e.g. into a .png file")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Measure how the error falls with the macro step, and the order of each algorithm.
+
+    The reference is the same model without coupling: exact by the matrix exponential where it is linear.
+    """
+    from cosim import figures
+    from cosim.convergence import converge
+
+    plan = chosen_system(system, gyro, set_)
+    coarsest = seconds(step, "--step") or 32 * plan.step
+    if any(not degree.strip().isdigit() for degree in orders.split(",")):
+        raise ValueError(f"--order must be degrees such as 0,1,2, got {orders!r}")
+    chosen = [algorithm(name.strip(), int(degree)) for name in algorithms.split(",") for degree in orders.split(",")]
+    writable(plot, figures.check_format)
+    with progress(f"ladder of {plan.name}") as show:
+        result = converge(
+            plan, chosen, step=coarsest, rungs=rungs, stop=seconds(stop, "--stop") or 125 * coarsest, in_process=in_process,
+            progress=show,
+        )  # fmt: skip
+    if plot is not None:
+        figures.save(figures.convergence(result), plot)
+
+    def document() -> dict[str, Any]:
+        return {
+            "system": plan.name,
+            "stop": result.stop,
+            "reference": result.reference,
+            "algorithms": [
+                {
+                    "algorithm": ladder.algorithm.name, "order": ladder.algorithm.degree, "steps": ladder.steps,
+                    "errors": ladder.errors, "expected_order": ladder.algorithm.order,
+                    "observed_order": finite(ladder.observed_order),
+                }
+                for ladder in result.ladders
+            ],
+        }  # fmt: skip
+
+    head = [f"{h * 1e3:g} ms" for h in result.ladders[0].steps]
+    table = Table("algorithm", "degree", *head, "observed order", "expected", box=None, pad_edge=False)
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for ladder in result.ladders:
+        a = ladder.algorithm
+        errors = [f"{e:.2e}" + ("" if u else " x") for e, u in zip(ladder.errors, ladder.used, strict=True)]
+        table.add_row(a.name, str(a.degree), *errors, f"{ladder.observed_order:.2f}", str(a.order))
+    words = [
+        f"{plan.name} to t = {result.stop:g} s: largest relative error of an output against the {result.reference}",
+        table,
+        "x: left out of the fit, not yet proportional to a power of the step, or within the components' own error",
+    ]
+    left_out = any(not u for ladder in result.ladders for u in ladder.used)
+    say(as_json, document, *(words if left_out else words[:2]), *([f"wrote {plot}"] if plot else []))
+    return 0

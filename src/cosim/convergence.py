@@ -1,0 +1,87 @@
+"""Does the result converge as the macro step shrinks, and how fast? A ladder of steps against the monolith."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim.coupling import Algorithm
+from cosim.master import macro_steps, open_network, run
+from cosim.monolith import Monolith
+from cosim.system import System
+
+# The fit leaves out errors outside this range: above it the error is no longer proportional to a power of the step,
+# below it the components' own integration shows.
+ASYMPTOTIC = (1e-9, 0.1)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Errors of one algorithm at falling macro steps (s).
+
+    errors : for each step the largest over outputs of max |y - y_ref| / max |y_ref|, on the grid of the coarsest step.
+    used : which of them the fit of `observed_order` rests on; NaN where fewer than two do.
+    """
+
+    algorithm: Algorithm
+    steps: tuple[float, ...]
+    errors: tuple[float, ...]
+    used: tuple[bool, ...]
+    observed_order: float
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Ladders of several algorithms against one reference."""
+
+    system: System
+    stop: float
+    reference: str
+    ladders: tuple[Ladder, ...]
+
+
+def converge(
+    system: System,
+    algorithms: Sequence[Algorithm],
+    *,
+    step: float,
+    rungs: int,
+    stop: float,
+    in_process: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Convergence:
+    """Run `system` to `stop` (s) with each algorithm at the macro steps step, step / 2, ... (`rungs` of them; s).
+
+    ValueError where `stop` is no multiple of `step`, or a component has no equations to make the reference from.
+    """
+    n = macro_steps(step, stop)
+    if abs(n * step - stop) > 1e-9 * stop:
+        raise ValueError(f"`stop` must be a multiple of the coarsest step {step:g} s, got {stop:g} s")
+    if rungs < 2:
+        raise ValueError(f"`rungs` must be at least 2, got {rungs}")
+    monolith = Monolith(system)
+    reference = monolith.solve(np.arange(n + 1) * step).values
+    size = np.abs(reference).max(axis=0)
+    moving = size > 0.0
+    steps = tuple(step / 2**i for i in range(rungs))
+    work, done, ladders = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
+    with open_network(system, in_process=in_process) as network:
+        for algorithm in algorithms:
+            errors = []
+            for i, h in enumerate(steps):
+                values = run(network, algorithm, h, stop).trajectory.values[:: 2**i]
+                errors.append(float((np.abs(values - reference).max(axis=0)[moving] / size[moving]).max()))
+                done += 2**i
+                if progress is not None:
+                    progress(done, work)
+            ladders.append(_ladder(algorithm, steps, errors))
+    return Convergence(system, stop, "matrix exponential" if monolith.is_linear else "monolith, DOP853", tuple(ladders))
+
+
+def _ladder(algorithm: Algorithm, steps: tuple[float, ...], errors: list[float]) -> Ladder:
+    used = tuple(ASYMPTOTIC[0] < e < ASYMPTOTIC[1] for e in errors)
+    order = float("nan")
+    if sum(used) >= 2:
+        h, e = (np.log([value for value, u in zip(row, used, strict=True) if u]) for row in (steps, errors))
+        order = float(np.polyfit(h, e, 1)[0])
+    return Ladder(algorithm, steps, tuple(errors), used, order)

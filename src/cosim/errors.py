@@ -1,0 +1,25 @@
+"""What can go wrong: wrong use is a ValueError, a failed run is one of these.
+
+Every message is one line that names the thing, the rule and the value.
+"""
+
+from typing import Any
+
+
+class RunError(RuntimeError):
+    """A run that failed on the way; `partial` is the `Run` up to the last good point, once the master has attached it."""
+
+    partial: Any = None
+
+
+class SlaveError(RunError):
+    """A slave failed: which one, at which t (s), over which h (s), why, and its own last words."""
+
+    def __init__(self, slave: str, t: float, h: float, reason: str, log: str = "") -> None:
+        over = f" over a step of {h:g} s" if h > 0.0 else ""
+        super().__init__(f"component {slave!r} failed at t = {t:.9g} s{over}: {reason}" + (f"; it says: {log}" if log else ""))
+        self.slave, self.t, self.h = slave, t, h
+
+
+class WiringError(ValueError):
+    """A system whose connections cannot be made: unknown names, two sources, units that do not fit, an algebraic loop."""

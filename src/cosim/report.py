@@ -1,0 +1,43 @@
+"""The ledger: what a source claims, what we measured, and a verdict that is computed."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One row of the ledger. `measured` holds numbers in words; `parts` says for each part of the claim whether it came out."""
+
+    id: str
+    where: str
+    claim: str
+    paper: str
+    measured: str
+    parts: dict[str, bool]
+    note: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """ "reproduced" if every part of the claim came out, "not reproduced" if none did, else "partly" with what did not."""
+        missing = [name for name, holds in self.parts.items() if not holds]
+        if not missing:
+            return "reproduced"
+        if len(missing) == len(self.parts):
+            return "not reproduced: " + "; ".join(missing)
+        return "partly: all but " + "; ".join(missing)
+
+
+def document(claims: Sequence[Claim]) -> list[dict[str, Any]]:
+    """The ledger as JSON holds it."""
+    return [asdict(claim) | {"verdict": claim.verdict} for claim in claims]
+
+
+def markdown(claims: Sequence[Claim], title: str) -> str:
+    """The ledger as a Markdown page."""
+    head = "| id | where | claim | the paper shows | measured | verdict | note |\n|---|---|---|---|---|---|---|\n"
+    rows = (
+        f"| {c.id} | {c.where} | {c.claim} | {c.paper} | {c.measured} | {c.verdict} | {c.note} |".replace("\n", " ")
+        for c in claims
+    )
+    return f"# {title}\n\n{head}" + "\n".join(rows) + "\n"
