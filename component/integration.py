@@ -1,4 +1,4 @@
-"""One internal step of a component, as a CasADi function that runs here and becomes C code inside the FMU.
+"""The time integration of a component: one internal step as a CasADi function, and how a macro step is made of them.
 
     x_next = step(x, U, p, tau, h)
 
@@ -6,42 +6,201 @@ U, shape (n_u, 3), holds value, first and second derivative of the inputs at the
 time since then at which the internal step starts and h (s) its length:
 
     u(t) = U0 + U1 t + U2 t^2 / 2,    tau <= t <= tau + h.
+
+`step` runs here and becomes C code inside the FMU. `macro_step` is the definition of what the FMU's doStep does with it:
+fmus/c/step.c repeats it operation by operation, so that both give the same bits.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
+import numpy as np
+
+from component.methods import METHODS as METHODS
+
+if TYPE_CHECKING:
+    from component.model import Component
 
 INPUT_DEGREE = 2  # highest degree of the input polynomial
+LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
+SMALL_MODEL = 1000  # instructions of rhs up to which an explicit step is one straight run of them
+EXPLICIT = ("rk4",)
+SAME_TIME = 1e-9  # fraction of the sample period within which two instants are one
+
+
+class StepError(ArithmeticError):
+    """A step that gives no finite state, or whose tolerance cannot be met; the state before it is still good."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What the integration carries from one macro step to the next, besides x.
+
+    samples : index of the next sample instant.
+    step : length (s) to try first under error control.
+    """
+
+    samples: int = 0
+    step: float = math.inf
 
 
 def step_function(rhs: ca.Function, method: str) -> ca.Function:
     """The function `step` of the module's docstring for `rhs(x, u, p)`; `method` is a key of METHODS."""
     n_x, n_u, n_p = (rhs.size1_in(i) for i in range(3))
-    U = ca.SX.sym("U", n_u, INPUT_DEGREE + 1)
-    x, p, tau, h = ca.SX.sym("x", n_x), ca.SX.sym("p", n_p), ca.SX.sym("tau"), ca.SX.sym("h")
+    symbol = ca.SX if rhs.is_a("SXFunction") else ca.MX
+
+    def symbols(kind: Any) -> list[Any]:
+        shapes = (("x", n_x, 1), ("U", n_u, INPUT_DEGREE + 1), ("p", n_p, 1), ("tau", 1, 1), ("h", 1, 1))
+        return [kind.sym(*shape) for shape in shapes]
+
+    x, U, p, tau, h = symbols(symbol)
+    labels = ["x", "U", "p", "tau", "h"], ["x_next"]
     if n_x == 0:
-        return ca.Function("step", [x, U, p, tau, h], [x], ["x", "U", "p", "tau", "h"], ["x_next"])
-    s = ca.SX.sym("s")  # 0..1 over the internal step, so that one integrator serves every h
+        return ca.Function("step", [x, U, p, tau, h], [x], *labels)
+    s = symbol.sym("s")  # 0..1 over the internal step, so that one integrator serves every h
     t = tau + s * h
     u = U[:, 0] + U[:, 1] * t + U[:, 2] * t**2 / 2
-    dae = {"x": x, "t": s, "p": ca.veccat(U, p, tau, h), "ode": h * rhs(x, u, p)}
-    return METHODS[method](dae, (x, U, p, tau, h))
+    problem = {"x": x, "t": s, "p": ca.veccat(U, p, tau, h), "ode": h * ca.densify(rhs(x, u, p))}
+    scaled = METHODS[method].step(problem)
+    if symbol is ca.SX and scaled.is_a("MXFunction") and rhs.n_instructions() <= SMALL_MODEL and method in EXPLICIT:
+        scaled = scaled.expand()
+    x, U, p, tau, h = arguments = symbols(ca.SX if scaled.is_a("SXFunction") else ca.MX)
+    end = ca.densify(scaled(x, ca.veccat(U, p, tau, h)))
+    if scaled.is_a("SXFunction"):
+        end = ca.cse(end)
+    return ca.Function("step", arguments, [end], *labels)
 
 
-def _runge_kutta_4(dae: dict[str, ca.SX], arguments: tuple[ca.SX, ...]) -> ca.Function:
-    """Classical Runge-Kutta, order 4, stable for h times an eigenvalue down to -2.78: CasADi's fixed-step `rk`."""
-    options = {"number_of_finite_elements": 1, "simplify": True}
-    integrator = ca.integrator("step", "rk", dae, 0.0, 1.0, options).expand()
-    x, U, p, tau, h = arguments
-    end = integrator(x0=x, p=ca.veccat(U, p, tau, h))["xf"]
-    return ca.Function("step", [x, U, p, tau, h], [end], ["x", "U", "p", "tau", "h"], ["x_next"])
-
-
-METHODS: dict[str, Callable[[dict[str, ca.SX], tuple[ca.SX, ...]], ca.Function]] = {"rk4": _runge_kutta_4}
+def input_at(U: np.ndarray, tau: float) -> np.ndarray:
+    """The inputs at offset `tau` (s) of the polynomial `U`, shape (n_u,)."""
+    return U[:, 0] + U[:, 1] * tau + U[:, 2] * (tau * tau) / 2
 
 
 def substeps(length: float, internal_step: float) -> int:
     """How many equal internal steps cover `length` (s), none longer than `internal_step` but for rounding."""
     return max(1, math.ceil(length / internal_step - 1e-9))
+
+
+def easy_fraction(order: int) -> float:
+    """Fraction of the allowed error below which the next internal step may be twice as long: half of what it grows by."""
+    return 0.5 ** (order + 2)
+
+
+def first_sample(period: float | None, t: float) -> int:
+    """Index of the first sample instant k * period at or after `t` (s)."""
+    return 0 if period is None else math.ceil(t / period - SAME_TIME)
+
+
+def pieces(t: float, h: float, period: float | None, samples: int) -> Iterator[tuple[float, float, int]]:
+    """The macro step from t to t + h (s), cut at sample instants: (offset, length, number of samples before it).
+
+    A sample stands at the start of the piece that begins at its instant; one at the end of the macro step is the next one's.
+    """
+    if period is None:
+        yield 0.0, h, 0
+        return
+    near, done, due = SAME_TIME * period, 0.0, 0
+    while done < h:
+        instant = samples * period - t
+        if instant <= done + near:
+            samples, due = samples + 1, due + 1
+            continue
+        end = instant if instant < h - near else h
+        yield done, end - done, due
+        done, due = end, 0
+
+
+def advance(
+    one: "InternalStep", x: np.ndarray, tau: float, length: float, *, internal_step: float,
+    control: "ErrorControl | None" = None, first: float = math.inf,
+) -> tuple[np.ndarray, float]:  # fmt: skip
+    """x after `length` (s) from offset `tau` of the macro step, and the length to try first next time.
+
+    one(x, tau, h) returns x after an internal step and leaves its argument alone. Without `control`: equal internal steps.
+    With it: internal steps are length / 2^level, and each is compared with two of half its length, which are kept; the
+    level rises where they differ by more than allowed and falls where it could. `internal_step` is then the first length
+    tried after the start. StepError where no finite state or not the accuracy is reached.
+    """
+    if control is None:
+        n = substeps(length, internal_step)
+        h = length / n
+        for i in range(n):
+            x = one(x, tau + i * h, h)
+        if not np.all(np.isfinite(x)):
+            raise StepError("the step gives no finite state")
+        return x, first
+
+    level, done = 0, 0
+    first = internal_step if math.isinf(first) else first
+    while length / 2.0**level > first * (1 + 1e-9) and level < LEVELS:
+        level += 1
+    while done < 2**level:
+        h = length / 2.0**level
+        at = tau + done * h
+        whole = one(x, at, h)
+        two = one(one(x, at, h / 2), at + h / 2, h / 2)
+        error = float(np.max(np.abs(two - whole) / (control.nominal + np.abs(two)), initial=0.0))
+        if error <= control.allowed:
+            easy = error < control.allowed * easy_fraction(control.order)
+            x, first, done = two, 2 * h if easy else h, done + 1
+            if easy and level > 0 and done % 2 == 0:
+                level, done = level - 1, done // 2
+        elif level == LEVELS:
+            finite = bool(np.all(np.isfinite(two)))
+            raise StepError("the tolerance cannot be met" if finite else "the step gives no finite state")
+        else:
+            level, done = level + 1, done * 2
+    return x, first
+
+
+InternalStep = Callable[[np.ndarray, float, float], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorControl:
+    """What decides whether an internal step is good: the method's order, a relative tolerance, nominal sizes (n_x,)."""
+
+    order: int
+    tolerance: float
+    nominal: np.ndarray
+
+    @property
+    def allowed(self) -> float:
+        """Largest difference between one step and two of half its length; their error is 2^order - 1 times smaller."""
+        return self.tolerance * (2.0**self.order - 1.0)
+
+
+def error_control(component: "Component", tolerance: float) -> ErrorControl | None:
+    """Error control for a component, or None for tolerance 0."""
+    if not tolerance > 0.0:
+        return None
+    nominal = np.array([abs(v.nominal) if v.nominal else 1.0 for v in component.states])
+    return ErrorControl(METHODS[component.method].order, tolerance, nominal)
+
+
+def macro_step(
+    component: "Component", x: np.ndarray, U: np.ndarray, p: np.ndarray, t: float, h: float, *,
+    internal_step: float, tolerance: float = 0.0, progress: Progress = Progress(),  # noqa: B008 (immutable)
+) -> tuple[np.ndarray, Progress]:  # fmt: skip
+    """x at t + h (s), and the progress to hand to the next macro step. StepError if it cannot be done.
+
+    Before the first one, `progress` is Progress(first_sample(component.sample_period, t)).
+    """
+
+    def one(x: np.ndarray, tau: float, h: float) -> np.ndarray:
+        return np.array(component.step(x, U, p, tau, h)).ravel()
+
+    samples, first = progress.samples, progress.step
+    control = error_control(component, tolerance)
+    for offset, length, due in pieces(t, h, component.sample_period, samples):
+        for _ in range(due):
+            assert component.sample is not None
+            x = np.array(component.sample(x, input_at(U, offset), p)).ravel()
+        if not np.all(np.isfinite(x)):
+            raise StepError("the sampled part gives no finite state")
+        samples += due
+        x, first = advance(one, x, offset, length, internal_step=internal_step, control=control, first=first)
+    return x, Progress(samples, first)

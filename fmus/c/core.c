@@ -1,0 +1,300 @@
+/* The component inside an FMU: start values, access by value reference, derivatives. */
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core.h"
+
+/* ---- telling the importer ------------------------------------------------------------------------------------------ */
+
+static void tell(Instance *m, Status status, unsigned category, const char *format, ...) {
+    char text[512];
+    va_list arguments;
+    int bit = 0;
+    if (!m->log || !(m->log_categories & category)) return;
+    while (!(category >> bit & 1u)) bit++;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    m->log(m, status, CATEGORIES[bit], text);
+}
+
+/* After an error only a reset, a saved state or the end is left. */
+static Status fail(Instance *m, const char *function, const char *why) {
+    tell(m, ERROR, LOG_ERROR, "%s: %s", function, why);
+    m->s.mode = FAILED;
+    return ERROR;
+}
+
+static Status discard(Instance *m, const char *function, const char *why, const char *what) {
+    tell(m, DISCARD, LOG_DISCARD, "%s: %s%s", function, why, what);
+    return DISCARD;
+}
+
+static int allowed(Instance *m, const char *function, int modes) {
+    if (m->s.mode & modes) return 1;
+    fail(m, function, "must not be called in this state");
+    return 0;
+}
+
+/* Which categories are told from now on, besides those already chosen: all, or the named ones. */
+static Status choose_categories(Instance *m, int on, size_t n, const char *const category[]) {
+    if (on && n == 0) m->log_categories = LOG_ALL;
+    for (size_t i = 0; i < n; i++) {
+        unsigned bit = 0;
+        for (unsigned k = 0; k < sizeof CATEGORIES / sizeof *CATEGORIES; k++)
+            if (category[i] && strcmp(category[i], CATEGORIES[k]) == 0) bit = 1u << k;
+        if (!bit) return fail(m, "SetDebugLogging", "unknown category");
+        if (on) m->log_categories |= bit;
+    }
+    return OK;
+}
+
+/* ---- start values -------------------------------------------------------------------------------------------------- */
+
+static void to_start(Instance *m) {
+    memset(&m->s, 0, sizeof m->s); /* the padding too, so that equal states have equal bytes */
+    m->s.fingerprint = FINGERPRINT;
+    m->s.mode = INSTANTIATED;
+    m->s.stop = HUGE_VAL;
+    memcpy(m->s.x, START_X, N_X * sizeof(double));
+    memcpy(m->s.U, START_U, N_U * sizeof(double));
+    memcpy(m->s.u_now, START_U, N_U * sizeof(double));
+    memcpy(m->s.p, START_P, N_P * sizeof(double));
+    m->y_known = m->x_dot_known = 0;
+}
+
+static Status set_experiment(Instance *m, const char *function, double start, int stop_defined, double stop) {
+    if (!isfinite(start)) return fail(m, function, "startTime must be finite");
+    if (stop_defined && !(stop >= start)) return fail(m, function, "stopTime must not be before startTime");
+    m->s.time = m->s.start = start;
+    m->s.stop = stop_defined ? stop : HUGE_VAL;
+    return OK;
+}
+
+/* Called when initialization ends: the first sample instant is the first multiple of the period from the start on. */
+static void to_initialized(Instance *m) {
+    m->last_successful = m->s.time;
+    m->s.internal_step_used = m->s.p[INTERNAL_STEP];
+#ifdef SAMPLE_PERIOD
+    m->s.samples = (int64_t)ceil(m->s.start / SAMPLE_PERIOD - 1e-9);
+#endif
+}
+
+/* ---- the model's functions ----------------------------------------------------------------------------------------- */
+
+typedef int (*Function)(const double **, double **, int *, double *, int);
+
+/* Calls a generated function; CasADi takes its arguments through an array that it may write to. */
+static void call(Instance *m, Function f, int n_in, const double *const in[], int n_out, double *const out[]) {
+    for (int i = 0; i < n_in; i++) m->argument[i] = in[i];
+    for (int i = 0; i < n_out; i++) m->result[i] = out[i];
+    f(m->argument, m->result, m->integers, m->work, 0);
+}
+
+static int finite(const double *v, int n) {
+    for (int i = 0; i < n; i++)
+        if (!isfinite(v[i])) return 0;
+    return 1;
+}
+
+static const double *outputs(Instance *m) {
+    if (!m->y_known) {
+        call(m, MODEL(output), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->y});
+        m->y_known = 1;
+    }
+    return m->y;
+}
+
+static const double *derivatives(Instance *m) {
+    if (!m->x_dot_known) {
+        call(m, MODEL(rhs), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->x_dot});
+        m->x_dot_known = 1;
+    }
+    return m->x_dot;
+}
+
+static void forget(Instance *m) { m->y_known = m->x_dot_known = 0; }
+
+/* ---- access by value reference ------------------------------------------------------------------------------------- */
+
+static Status get(Instance *m, const char *function, const uint32_t *vr, size_t n, double *value) {
+    Status status = OK;
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] >= N_VARIABLES) return fail(m, function, "unknown value reference");
+        const Variable *v = &VARIABLES[vr[i]];
+        switch (v->kind) {
+            case TIME: value[i] = m->s.time; break;
+            case STATE: value[i] = m->s.x[v->index]; break;
+            case INPUT: value[i] = m->s.U[v->index]; break;
+            case OUTPUT: value[i] = outputs(m)[v->index]; break;
+            case PARAMETER: value[i] = m->s.p[v->index]; break;
+            case DERIVATIVE: value[i] = derivatives(m)[v->index]; break;
+        }
+        if (!isfinite(value[i])) status = discard(m, function, "no finite value for ", v->name);
+    }
+    return status;
+}
+
+/* Whether a variable may be set in the present mode. */
+static int settable(const Instance *m, const Variable *v) {
+    switch (v->kind) {
+        case INPUT: return 1;
+        case PARAMETER: return v->tunable ? !(m->s.mode & (CONTINUOUS | INTERMEDIATE)) : m->s.mode & (INSTANTIATED | INITIALIZATION);
+        case STATE: return m->s.mode & (INSTANTIATED | INITIALIZATION) || (m->s.mode == CONTINUOUS && v->tunable);
+        default: return 0;
+    }
+}
+
+/* All values are checked before the first is set, so that a refused call changes nothing. */
+static Status set(Instance *m, const char *function, const uint32_t *vr, size_t n, const double *value) {
+    for (size_t i = 0; i < n; i++) {
+        if (vr[i] >= N_VARIABLES) return fail(m, function, "unknown value reference");
+        const Variable *v = &VARIABLES[vr[i]];
+        if (!settable(m, v)) {
+            tell(m, ERROR, LOG_ERROR, "%s: %s must not be set in this state", function, v->name);
+            m->s.mode = FAILED;
+            return ERROR;
+        }
+        if (!isfinite(value[i])) return discard(m, function, "value must be finite: ", v->name);
+        if (v->kind == PARAMETER && !(value[i] >= MIN_P[v->index] && value[i] <= MAX_P[v->index]))
+            return discard(m, function, "value must lie within min and max: ", v->name);
+    }
+    for (size_t i = 0; i < n; i++) {
+        const Variable *v = &VARIABLES[vr[i]];
+        switch (v->kind) {
+            case INPUT:
+                m->s.U[v->index] = m->s.u_now[v->index] = value[i];
+                m->s.u_now[v->index + N_U] = m->s.u_now[v->index + 2 * N_U] = 0.0;
+                break;
+            case PARAMETER: m->s.p[v->index] = value[i]; break;
+            default: m->s.x[v->index] = value[i]; break;
+        }
+    }
+    if (n > 0) forget(m);
+    return OK;
+}
+
+/* ---- derivatives --------------------------------------------------------------------------------------------------- */
+
+/* Jacobian of `unknown` with respect to `known` times `seed` (forward), or its transpose times `seed` (adjoint). A state
+   may be among the unknowns (an output that is a state) as well as among the knowns. */
+static Status sensitivity(Instance *m, const char *function, const uint32_t *unknown, size_t n_unknown, const uint32_t *known,
+                          size_t n_known, const double *seed, double *value, int adjoint) {
+    double x[AT_LEAST_ONE(N_X)] = {0}, u[AT_LEAST_ONE(N_U)] = {0}, p[AT_LEAST_ONE(N_P)] = {0};
+    double y[AT_LEAST_ONE(N_Y)] = {0}, x_dot[AT_LEAST_ONE(N_X)] = {0};
+    double more_x[AT_LEAST_ONE(N_X)], more_u[AT_LEAST_ONE(N_U)], more_p[AT_LEAST_ONE(N_P)];
+    int need_y = 0, need_x_dot = 0;
+    for (size_t i = 0; i < n_unknown; i++) {
+        if (unknown[i] >= N_VARIABLES) return fail(m, function, "unknown value reference");
+        Kind kind = VARIABLES[unknown[i]].kind;
+        if (kind != OUTPUT && kind != DERIVATIVE && kind != STATE) return fail(m, function, "an unknown is no output or derivative");
+        need_y |= kind == OUTPUT;
+        need_x_dot |= kind == DERIVATIVE;
+    }
+    for (size_t i = 0; i < n_known; i++) {
+        if (known[i] >= N_VARIABLES) return fail(m, function, "unknown value reference");
+        const Variable *v = &VARIABLES[known[i]];
+        if (!(v->kind == STATE || v->kind == INPUT || (v->kind == PARAMETER && v->index < N_P_MODEL)))
+            return fail(m, function, "a known is no state, input or parameter of the model");
+        if (adjoint) continue;
+        (v->kind == STATE ? x : v->kind == INPUT ? u : p)[v->index] += seed[i];
+    }
+    if (!adjoint) {
+        const double *in[] = {m->s.x, m->s.u_now, m->s.p, x, u, p};
+        if (need_y) call(m, MODEL(output_forward), 6, in, 1, (double *[]){y});
+        if (need_x_dot) call(m, MODEL(rhs_forward), 6, in, 1, (double *[]){x_dot});
+        for (size_t i = 0; i < n_unknown; i++) {
+            const Variable *v = &VARIABLES[unknown[i]];
+            value[i] = (v->kind == OUTPUT ? y : v->kind == DERIVATIVE ? x_dot : x)[v->index];
+        }
+        return OK;
+    }
+    for (size_t i = 0; i < n_unknown; i++) {
+        const Variable *v = &VARIABLES[unknown[i]];
+        (v->kind == OUTPUT ? y : v->kind == DERIVATIVE ? x_dot : x)[v->index] += seed[i];
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        if (pass == 0 ? !need_y : !need_x_dot) continue;
+        call(m, pass == 0 ? MODEL(output_adjoint) : MODEL(rhs_adjoint), 4,
+             (const double *[]){m->s.x, m->s.u_now, m->s.p, pass == 0 ? y : x_dot}, 3, (double *[]){more_x, more_u, more_p});
+        for (int i = 0; i < N_X; i++) x[i] += more_x[i];
+        for (int i = 0; i < N_U; i++) u[i] += more_u[i];
+        for (int i = 0; i < N_P_MODEL; i++) p[i] += more_p[i];
+    }
+    for (size_t i = 0; i < n_known; i++) {
+        const Variable *v = &VARIABLES[known[i]];
+        value[i] = (v->kind == STATE ? x : v->kind == INPUT ? u : p)[v->index];
+    }
+    return OK;
+}
+
+/* Time derivative of the outputs at the present time, of `order` 1 or 2, with the inputs' present derivatives. */
+static void output_rates(Instance *m, int order, double *rate) {
+    static const double none[AT_LEAST_ONE(N_P)] = {0};
+    const double *u1 = m->s.u_now + N_U;
+    if (order == 1)
+        call(m, MODEL(output_forward), 6, (const double *[]){m->s.x, m->s.u_now, m->s.p, derivatives(m), u1, none}, 1,
+             (double *[]){rate});
+#if MAX_OUTPUT_ORDER > 1
+    else
+        call(m, MODEL(output_second), 5, (const double *[]){m->s.x, m->s.u_now, m->s.p, u1, u1 + N_U}, 1, (double *[]){rate});
+#endif
+}
+
+static Status output_derivatives(Instance *m, const char *function, const uint32_t *vr, size_t n, const int32_t *order,
+                                 double *value) {
+    double rate[AT_LEAST_ONE(N_Y)];
+    int computed = 0;
+    for (size_t i = 0; i < n; i++) {
+        int row = -1;
+        if (vr[i] < N_VARIABLES && VARIABLES[vr[i]].kind == OUTPUT) row = VARIABLES[vr[i]].index;
+        for (int k = 0; k < N_Y; k++)
+            if (vr[i] < N_VARIABLES && VARIABLES[vr[i]].kind == STATE && OUTPUT_STATE[k] == VARIABLES[vr[i]].index) row = k;
+        if (row < 0) return fail(m, function, "the variable is no output");
+        if (order[i] < 1 || order[i] > MAX_OUTPUT_ORDER) return fail(m, function, "order must be between 1 and maxOutputDerivativeOrder");
+        if (computed != order[i]) output_rates(m, computed = order[i], rate);
+        value[i] = rate[row];
+    }
+    return OK;
+}
+
+/* ---- the continuous states, for Model Exchange ---------------------------------------------------------------------- */
+
+static Status get_continuous(Instance *m, const char *function, const double *from, double *value, size_t n) {
+    if (n != N_CONTINUOUS) return fail(m, function, "wrong number of continuous states");
+    for (int i = 0; i < N_CONTINUOUS; i++) value[i] = from[CONTINUOUS_X[i]];
+    return finite(value, N_CONTINUOUS) ? OK : discard(m, function, "a value is not finite", "");
+}
+
+static Status set_continuous(Instance *m, const char *function, const double *value, size_t n) {
+    if (n != N_CONTINUOUS) return fail(m, function, "wrong number of continuous states");
+    if (!finite(value, N_CONTINUOUS)) return discard(m, function, "states must be finite", "");
+    for (int i = 0; i < N_CONTINUOUS; i++) m->s.x[CONTINUOUS_X[i]] = value[i];
+    forget(m);
+    return OK;
+}
+
+/* ---- saved states -------------------------------------------------------------------------------------------------- */
+
+static int fits(const void *bytes) {
+    State head;
+    memcpy(&head, bytes, sizeof head);
+    return head.zero == 0 && head.fingerprint == FINGERPRINT;
+}
+
+static void restore(Instance *m, const State *saved) {
+    m->s = *saved;
+    m->last_successful = m->s.time;
+    forget(m);
+}
+
+static char *copy_of(const char *text) {
+    size_t n = strlen(text ? text : "") + 1;
+    char *copy = malloc(n);
+    if (copy) memcpy(copy, text ? text : "", n);
+    return copy;
+}

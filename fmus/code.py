@@ -1,0 +1,148 @@
+"""The C code of a component: CasADi's functions (model.c) and the tables that the core reads (model_data.h)."""
+
+import hashlib
+import re
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import casadi as ca
+
+from component.integration import METHODS, easy_fraction
+from fmus.table import Table
+
+SMALL_MODEL = 2000  # instructions of rhs and output up to which the outputs' second time derivative is worth its size
+
+
+def functions(table: Table) -> dict[str, ca.Function]:
+    """The functions that core.h lists, every result dense."""
+    c = table.component
+    parts = {"rhs": c.rhs, "output": c.output}
+    result = {"step": c.step} | parts
+    symbol = ca.SX if all(f.is_a("SXFunction") for f in parts.values()) else ca.MX
+    x, u, p = (
+        symbol.sym(name, size) for name, size in zip("xup", (len(c.states), len(c.inputs), len(c.parameters)), strict=True)
+    )
+    dx, du, dp = (symbol.sym("d", v.numel()) for v in (x, u, p))
+    along, by = ca.vertcat(dx, du, dp), ca.vertcat(x, u, p)
+    sizes = [v.numel() for v in (x, u, p)]
+    for name, function in parts.items():
+        value = ca.densify(function(x, u, p))
+        result[f"{name}_forward"] = ca.Function("f", [x, u, p, dx, du, dp], [ca.jtimes(value, by, along)])
+        weight = symbol.sym("l", value.numel())
+        transposed = ca.jtimes(value, by, weight, True)
+        result[f"{name}_adjoint"] = ca.Function("f", [x, u, p, weight], ca.vertsplit(transposed, [0, *_sums(sizes)]))
+    if output_order(table) > 1:
+        u1, u2 = symbol.sym("u1", len(c.inputs)), symbol.sym("u2", len(c.inputs))
+        rate = c.rhs(x, u, p)
+        first = ca.jtimes(c.output(x, u, p), ca.vertcat(x, u), ca.vertcat(rate, u1))
+        second = ca.jtimes(first, ca.vertcat(x, u, u1), ca.vertcat(rate, u1, u2))
+        result["output_second"] = ca.Function("f", [x, u, p, u1, u2], [second])
+    if c.sample is not None:
+        result["sample"] = c.sample
+    return result
+
+
+def _sums(sizes: Sequence[int]) -> list[int]:
+    """Running sums: [n0, n0 + n1, ...]."""
+    return [sum(sizes[: i + 1]) for i in range(len(sizes))]
+
+
+def _dense(function: ca.Function, name: str) -> ca.Function:
+    """`function` as `name`, with every result dense (generated code writes non-zeros only) and equal subexpressions computed once."""
+    symbol = ca.SX if function.is_a("SXFunction") else ca.MX
+    args = [symbol.sym(f"a{i}", function.sparsity_in(i)) for i in range(function.n_in())]
+    results = [ca.densify(r) for r in function.call(args)]
+    if symbol is ca.SX:
+        results = ca.cse(results)
+    return ca.Function(name, args, results)
+
+
+def output_order(table: Table) -> int:
+    """Highest time derivative of the outputs that the FMU gives: 2, or 1 where its code would dwarf the model's."""
+    c = table.component
+    if not (c.rhs.is_a("SXFunction") and c.output.is_a("SXFunction")):
+        return 1
+    return 2 if c.rhs.n_instructions() + c.output.n_instructions() <= SMALL_MODEL else 1
+
+
+def generate(table: Table, identifier: str) -> dict[str, str]:
+    """The text of model.c and model_data.h; in the latter @TOKEN@ stands for the instantiation token."""
+    generator = ca.CodeGenerator(f"{identifier}.c", {"with_header": True, "with_export": False, "casadi_int": "int"})
+    for name, function in functions(table).items():
+        generator.add(_dense(function, f"{identifier}_{name}"))
+    with tempfile.TemporaryDirectory() as scratch:
+        generator.generate(scratch + "/")
+        model, header = (Path(scratch, f"{identifier}.{suffix}").read_text() for suffix in "ch")
+    if "#error" in model:
+        raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
+    work = {kind: [int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header)] for kind in ("ARG", "RES", "IW", "W")}
+    return {"model.c": model, "model_data.h": _data(table, identifier, {k: max([1, *v]) for k, v in work.items()})}
+
+
+def _data(table: Table, identifier: str, work: dict[str, int]) -> str:
+    c = table.component
+    states, inputs, parameters = c.states, c.inputs, table.parameters
+    order = METHODS[c.method].order
+    output_state = [c.output_states.get(v.name, -1) for v in c.outputs]
+    rows = []
+    for row in table.rows:
+        v = row.variable
+        changes = v is not None and (
+            v.variability in ("tunable", "continuous") if v.is_state or row.kind == "parameter" else True
+        )
+        rows.append(f'    {{{row.kind.upper()}, {row.index}, {int(changes)}, "{row.name}"}},')
+    layout = repr([(r.kind, r.index, r.name) for r in table.rows]).encode()
+    lines = [
+        f"/* The tables of {c.spec}, generated from the component. */",
+        "#ifndef MODEL_DATA_H",
+        "#define MODEL_DATA_H",
+        f"#define MODEL(name) {identifier}_##name",
+        '#define TOKEN "@TOKEN@"',
+        f"#define FINGERPRINT UINT64_C(0x{hashlib.sha256(layout).hexdigest()[:16]})",
+        f"#define N_X {len(states)}",
+        f"#define N_U {len(inputs)}",
+        f"#define N_Y {len(c.outputs)}",
+        f"#define N_P {len(parameters)}",
+        f"#define N_P_MODEL {len(c.parameters)}",
+        f"#define N_CONTINUOUS {len(table.continuous)}",
+        f"#define N_VARIABLES {len(table.rows)}",
+        f"#define INTERNAL_STEP {len(c.parameters)}",
+        f"#define TOLERANCE {len(c.parameters) + 1}",
+        f"#define ERROR_DIVISOR {2**order - 1}.0",
+        f"#define EASY {_number(easy_fraction(order))}",
+        f"#define MAX_OUTPUT_ORDER {output_order(table)}",
+        f"#define WORK_ARGUMENTS {work['ARG']}",
+        f"#define WORK_RESULTS {work['RES']}",
+        f"#define WORK_INTEGERS {work['IW']}",
+        f"#define WORK_REALS {work['W']}",
+    ]
+    if c.sample_period is not None:
+        lines.append(f"#define SAMPLE_PERIOD {_number(c.sample_period)}")
+    arrays: list[tuple[str, list[float]]] = [
+        ("START_X", [v.start for v in states]),
+        ("NOMINAL_X", [nominal(v.nominal) for v in states]),
+        ("START_U", [v.start for v in inputs]),
+        ("START_P", [v.start for v in parameters]),
+        ("MIN_P", [-_LARGE if v.min is None else v.min for v in parameters]),
+        ("MAX_P", [_LARGE if v.max is None else v.max for v in parameters]),
+    ]
+    lines += [f"static const double {name}[] = {{{', '.join(map(_number, values or [0.0]))}}};" for name, values in arrays]
+    lines += [
+        f"static const int {name}[] = {{{', '.join(map(str, values or [-1]))}}};"
+        for name, values in (("CONTINUOUS_X", list(table.continuous)), ("OUTPUT_STATE", output_state))
+    ]
+    lines += ["#define ROWS \\", *(row + " \\" for row in rows), "", "#endif", ""]
+    return "\n".join(lines)
+
+
+_LARGE = 1.7976931348623157e308  # the largest double: no bound
+
+
+def _number(value: float) -> str:
+    return repr(float(value))
+
+
+def nominal(value: float | None) -> float:
+    """The nominal size of a state; FMI's default is 1."""
+    return abs(value) if value else 1.0

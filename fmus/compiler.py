@@ -1,0 +1,122 @@
+"""From C to shared libraries: the host's compiler, or Zig's from PyPI, which compiles for the other platforms too."""
+
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+FLAGS = ("-O3", "-std=c99", "-ffp-contract=off", "-shared", "-fvisibility=hidden")  # no fused operations: same bits everywhere
+
+
+class CompilerError(RuntimeError):
+    """The compiler is missing or refuses the code."""
+
+
+@dataclass(frozen=True)
+class Platform:
+    """`name` as FMI 3.0 calls it, `folder` as FMI 2.0 does, Zig's `target`, the libraries' `suffix`."""
+
+    name: str
+    folder: str
+    target: str
+    suffix: str
+
+
+PLATFORMS = {
+    p.name: p
+    for p in (
+        Platform("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
+        Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
+        Platform("x86_64-windows", "win64", "x86_64-windows-gnu", ".dll"),
+        Platform("x86_64-darwin", "darwin64", "x86_64-macos.11.0", ".dylib"),
+        Platform("aarch64-darwin", "darwin64", "aarch64-macos.11.0", ".dylib"),
+    )
+}
+
+
+def host() -> Platform:
+    """The platform this runs on; ValueError if no FMU can be made for it."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    name = f"{machine}-{platform.system().lower()}"
+    if name not in PLATFORMS:
+        raise ValueError(f"platform must be one of {', '.join(PLATFORMS)}, this machine is {name!r}")
+    return PLATFORMS[name]
+
+
+def chosen(names: Sequence[str]) -> dict[Platform, bool]:
+    """The platforms that `names` mean, each with whether the host's own compiler may be used: only for "host"."""
+    if isinstance(names, str):
+        raise ValueError(f"platforms must be a sequence of names, got {names!r}")
+    found: dict[Platform, bool] = {}
+    for name in names:
+        if name == "host":
+            found[host()] = True
+        elif name == "all":
+            found |= {p: False for p in PLATFORMS.values() if p not in found}
+        elif name in PLATFORMS:
+            found.setdefault(PLATFORMS[name], False)
+        else:
+            raise ValueError(f"platform must be 'host', 'all' or one of {', '.join(PLATFORMS)}, got {name!r}")
+    if not found:
+        raise ValueError("platforms must name at least one, got none")
+    return found
+
+
+def host_compiler() -> list[str] | None:
+    """The command of the host's C compiler: $CC, cc, gcc or clang; None where there is none, and on Windows."""
+    if sys.platform == "win32":
+        return None
+    own = os.environ.get("CC", "").split()
+    for command in (own, ["cc"], ["gcc"], ["clang"]):
+        if command and shutil.which(command[0]):
+            return command
+    return None
+
+
+def compile_library(folder: Path, source: str, name: str, target: Platform, *, host_allowed: bool) -> bytes:
+    """The shared library `name` from `source` in `folder`, which holds every file it includes.
+
+    Relative paths only, so that the library does not depend on where it was made.
+    """
+    file = f"{name}-{target.name}{target.suffix}"
+    command = host_compiler() if host_allowed else None
+    linux = target.suffix == ".so"
+    options = [*FLAGS, *([] if target.suffix == ".dll" else ["-fPIC"])]
+    if target.suffix == ".dylib":
+        options += [f"-Wl,-install_name,@rpath/{name}{target.suffix}"]
+    if command is None:
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.target]
+        options += ["-s", "-g0"]
+    elif linux:
+        options += ["-s", "-Wl,--build-id=none"]
+    _run([*command, *options, "-o", file, source, *(["-lm"] if linux else [])], folder, target.name)
+    return (folder / file).read_bytes()
+
+
+def _run(command: Sequence[str], folder: Path, what: str) -> None:
+    environment: Mapping[str, str] = {**os.environ, "SOURCE_DATE_EPOCH": "0", "ZERO_AR_DATE": "1", "LC_ALL": "C"}
+    try:
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False)
+    except OSError as error:
+        raise CompilerError(f"the C compiler for {what} cannot be run: {error}") from error
+    if done.returncode != 0:
+        lines = (
+            [line for line in done.stderr.splitlines() if "error" in line.lower()] or done.stderr.splitlines() or ["no message"]
+        )
+        raise CompilerError(f"the C compiler for {what} failed ({Path(command[0]).name}): {lines[0].strip()}")
+
+
+def universal(x86_64: bytes, aarch64: bytes) -> bytes:
+    """One macOS library for both processors: a fat header, then the two libraries at 16 KiB boundaries."""
+    align = 14
+    head, offset, parts = [0xCAFEBABE, 2], 1 << align, b""
+    for cpu, subtype, library in ((0x01000007, 3, x86_64), (0x0100000C, 0, aarch64)):
+        head += [cpu, subtype, offset, len(library), align]
+        padded = library + b"\0" * (-len(library) % (1 << align))
+        parts, offset = parts + padded, offset + len(padded)
+    header = b"".join(word.to_bytes(4, "big") for word in head)
+    return header + b"\0" * ((1 << align) - len(header)) + parts

@@ -1,0 +1,127 @@
+"""What an FMU file holds, and how it gets to disk: complete, or not at all."""
+
+import hashlib
+import importlib.metadata
+import importlib.util
+import io
+import os
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from component import Component
+from fmus import code, description
+from fmus.compiler import Platform, chosen, compile_library, universal
+from fmus.table import Table
+
+VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
+MAIN = "fmu.c"
+HEADERS = (
+    "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h",
+    "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h",
+)  # fmt: skip
+
+
+def write(component: Component, directory: Path, *, fmi: Sequence[str], platforms: Sequence[str], sources: bool) -> list[Path]:
+    """See fmus.export."""
+    if isinstance(fmi, str) or not fmi:
+        raise ValueError(f"fmi must be a sequence of versions, such as ('2', '3'), got {fmi!r}")
+    for version in fmi:
+        if version not in VERSIONS:
+            raise ValueError(f"FMI version must be one of {', '.join(VERSIONS)}, got {version!r}")
+    targets = chosen(platforms)
+    if directory.exists() and not directory.is_dir():
+        raise ValueError(f"directory must be a folder, got the file {str(directory)!r}")
+    table = Table(component)
+    identifier = f"{component.name}_{component.variant}"
+    if not identifier.isidentifier() or not identifier.isascii():
+        raise ValueError(f"component {component.spec!r}: name and variant must make a C identifier, got {identifier!r}")
+
+    text = code.generate(table, identifier)
+    files = {p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "c").iterdir())} | text
+    files |= {name: (_header_folder() / name).read_text(encoding="utf-8") for name in HEADERS}
+    descriptions = {v: _description(v, table, identifier, "", sources) for v in VERSIONS}
+    token = _token(files, descriptions)
+    files["model_data.h"] = files["model_data.h"].replace("@TOKEN@", token)
+
+    libraries = _libraries(files, identifier, targets)
+    written = []
+    for version in fmi:
+        members = {"modelDescription.xml": _description(version, table, identifier, token, sources)}
+        members |= _binaries(version, identifier, libraries)
+        if sources:
+            members |= {f"sources/{name}": content.encode() for name, content in sorted(files.items())}
+        written.append(_save(directory / f"{component.name}.{component.variant}{VERSIONS[version]}", members))
+    return written
+
+
+def _description(version: str, table: Table, identifier: str, token: str, sources: bool) -> bytes:
+    tool = f"gyro-cosim {importlib.metadata.version('gyro-cosim')}"
+    return description.fmi2(table, identifier, token, tool, code.output_order(table), [MAIN] if sources else [])
+
+
+def _header_folder() -> Path:
+    """FMI's headers, which FMPy ships; found without loading it."""
+    spec = importlib.util.find_spec("fmpy")
+    if spec is None or not spec.submodule_search_locations:
+        raise RuntimeError("FMPy must be installed: it holds the headers of FMI")
+    return Path(spec.submodule_search_locations[0]) / "c-code"
+
+
+def _token(files: dict[str, str], descriptions: dict[str, bytes]) -> str:
+    """A name for exactly this content, in the form of a GUID."""
+    content = hashlib.sha256()
+    for name, data in sorted({**{n: t.encode() for n, t in files.items()}, **descriptions}.items()):
+        content.update(f"{name} {len(data)} ".encode() + data)
+    return f"{{{uuid.UUID(bytes=content.digest()[:16], version=4)}}}"
+
+
+def _libraries(files: dict[str, str], name: str, targets: dict[Platform, bool]) -> dict[Platform, bytes]:
+    """The compiled library for each platform."""
+    with tempfile.TemporaryDirectory(prefix="fmu-") as scratch, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for file, content in files.items():
+            Path(scratch, file).write_text(content, encoding="utf-8", newline="\n")
+        jobs = {
+            target: pool.submit(compile_library, Path(scratch), MAIN, name, target, host_allowed=own)
+            for target, own in targets.items()
+        }
+        return {target: job.result() for target, job in jobs.items()}
+
+
+def _binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -> dict[str, bytes]:
+    """Members by path. FMI 2.0 has one folder for macOS; a library for both processors goes there."""
+    found: dict[str, bytes] = {}
+    macs = {p.name: data for p, data in libraries.items() if p.suffix == ".dylib"}
+    for target, library in libraries.items():
+        folder = target.name if version == "3" else target.folder
+        if version == "2" and len(macs) == 2 and target.name in macs:
+            library = universal(macs["x86_64-darwin"], macs["aarch64-darwin"])
+        found[f"binaries/{folder}/{identifier}{target.suffix}"] = library
+    return found
+
+
+def _save(path: Path, members: dict[str, bytes]) -> Path:
+    """Write a zip whose bytes depend on its members only, first beside its place, then in it."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
+        for name, content in members.items():
+            info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
+            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+            info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
+            archive.writestr(info, content)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data.getvalue())
+        mask = os.umask(0)
+        os.umask(mask)
+        Path(beside).chmod(0o666 & ~mask)
+        Path(beside).replace(path)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+    return path
