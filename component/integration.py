@@ -183,7 +183,7 @@ def error_control(component: "Component", tolerance: float) -> ErrorControl | No
 
 def macro_step(
     component: "Component", x: np.ndarray, U: np.ndarray, p: np.ndarray, t: float, h: float, *,
-    internal_step: float, tolerance: float = 0.0, progress: Progress = Progress(),  # noqa: B008 (immutable)
+    internal_step: float, tolerance: float = 0.0, progress: Progress = Progress(),
 ) -> tuple[np.ndarray, Progress]:  # fmt: skip
     """x at t + h (s), and the progress to hand to the next macro step. StepError if it cannot be done.
 

@@ -49,7 +49,7 @@ def _sums(sizes: Sequence[int]) -> list[int]:
 
 
 def _dense(function: ca.Function, name: str) -> ca.Function:
-    """`function` as `name`, with every result dense (generated code writes non-zeros only) and equal subexpressions computed once."""
+    """`function` as `name`: results dense, for generated code writes non-zeros only; equal subexpressions computed once."""
     symbol = ca.SX if function.is_a("SXFunction") else ca.MX
     args = [symbol.sym(f"a{i}", function.sparsity_in(i)) for i in range(function.n_in())]
     results = [ca.densify(r) for r in function.call(args)]

@@ -119,12 +119,9 @@ def unknowns(table: Table) -> dict[str, list[tuple[Row, list[Row]]]]:
     for row, _ in at_start:
         function = c.output if row.kind == "output" else c.rhs
         initial.append((row, _known(table, function, row.index, start=True)))
-    in_running = lambda known: [
-        k for k in known if not (k.kind == "state" and k.variable and k.variable.variability == "discrete")
-    ]  # noqa: E731
     return {
-        "outputs": [(row, in_running(known)) for row, known in outputs],
-        "derivatives": [(row, in_running(known)) for row, known in derivatives],
+        "outputs": [(row, _while_running(known)) for row, known in outputs],
+        "derivatives": [(row, _while_running(known)) for row, known in derivatives],
         "initial": initial,
     }
 
@@ -138,6 +135,11 @@ def _known(table: Table, function: object, row: int, *, start: bool = False) -> 
         columns = np.array(sparsity.get_col(), dtype=int)[np.array(sparsity.row(), dtype=int) == row]
         found += [table.of(kind, int(i)) for i in sorted(columns)]
     return sorted(found, key=lambda known: table.reference[known.name])
+
+
+def _while_running(known: list[Row]) -> list[Row]:
+    """Without discrete states, which are no knowns once the simulation runs."""
+    return [k for k in known if not (k.kind == "state" and k.variable and k.variable.variability == "discrete")]
 
 
 def capabilities(identifier: str) -> dict[str, str]:

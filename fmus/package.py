@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from component import Component
-from fmus import code, description
+from fmus import code, description, description3, page, picture, reference
 from fmus.compiler import Platform, chosen, compile_library, universal
 from fmus.table import Table
 
@@ -48,19 +48,47 @@ def write(component: Component, directory: Path, *, fmi: Sequence[str], platform
     files["model_data.h"] = files["model_data.h"].replace("@TOKEN@", token)
 
     libraries = _libraries(files, identifier, targets)
+    about = _documentation(table, identifier, sources)
     written = []
     for version in fmi:
         members = {"modelDescription.xml": _description(version, table, identifier, token, sources)}
         members |= _binaries(version, identifier, libraries)
         if sources:
             members |= {f"sources/{name}": content.encode() for name, content in sorted(files.items())}
+            members["sources/buildDescription.xml"] = description3.build_description(identifier, MAIN)
+        members |= about
+        if version == "2":
+            members["model.png"] = picture.png(component)
+        else:  # FMI Library refuses an FMI 2.0 FMU that has terminals
+            members["documentation/diagram.png"] = picture.png(component)
+            members["documentation/diagram.svg"] = picture.svg(component)
+            members[f"terminalsAndIcons/{description3.ICON}.png"] = picture.png(component)
+            members[f"terminalsAndIcons/{description3.ICON}.svg"] = picture.svg(component)
+            members["terminalsAndIcons/terminalsAndIcons.xml"] = description3.terminals(table)
         written.append(_save(directory / f"{component.name}.{component.variant}{VERSIONS[version]}", members))
     return written
 
 
 def _description(version: str, table: Table, identifier: str, token: str, sources: bool) -> bytes:
     tool = f"gyro-cosim {importlib.metadata.version('gyro-cosim')}"
+    if version == "3":
+        return description3.fmi3(table, identifier, token, tool, code.output_order(table))
     return description.fmi2(table, identifier, token, tool, code.output_order(table), [MAIN] if sources else [])
+
+
+def _documentation(table: Table, identifier: str, sources: bool) -> dict[str, bytes]:
+    """The page, the reference results and the licences, by path."""
+    component = table.component
+    members = {"documentation/index.html": page.html(table, identifier, sources=sources)}
+    for suffix, (header, rows) in (("in", reference.inputs(component)), ("ref", reference.results(component))):
+        members[f"documentation/reference/{identifier}_{suffix}.csv"] = reference.csv(header, rows)
+    for file in sorted((Path(__file__).parent / "licenses").iterdir()):
+        members[f"documentation/licenses/{file.name}"] = file.read_bytes()
+    own = importlib.metadata.distribution("gyro-cosim").read_text("licenses/LICENSE")
+    if own is None:
+        raise RuntimeError("the installed package gyro-cosim must hold its LICENSE")
+    members["documentation/licenses/gyro-cosim.txt"] = own.encode()
+    return members
 
 
 def _header_folder() -> Path:
