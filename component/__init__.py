@@ -4,7 +4,19 @@
 four imports another: they share only what stands in this package.
 """
 
-from component.model import Bond, Component, build
-from component.variables import Variable, input_, output, parameter, state
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from component.model import Bond, Component, build
+    from component.variables import Variable, input_, output, parameter, state
 
 __all__ = ["Bond", "Component", "Variable", "build", "input_", "output", "parameter", "state"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load CasADi only for those who make or run a component: reading units, as every command does, must stay quick."""
+    if name not in __all__:
+        raise AttributeError(f"module 'component' has no attribute {name!r}")
+    from component import model, variables
+
+    return getattr(model if hasattr(model, name) else variables, name)

@@ -59,10 +59,7 @@ class Component:
     def __post_init__(self) -> None:
         """Check that table and functions agree; ValueError names component, variable and rule."""
         where = f"component {self.spec!r}"
-        names = [v.name for v in self.variables]
-        for name in names:
-            if names.count(name) > 1:
-                raise ValueError(f"{where}: variable names must differ, got {name!r} twice")
+        _check_names(where, self.variables)
         if not (np.isfinite(self.internal_step) and self.internal_step > 0.0):
             raise ValueError(f"{where}: internal_step must be positive, got {self.internal_step!r}")
         if self.method not in METHODS:
@@ -155,6 +152,14 @@ class Component:
         return np.array(ca.DM(self.output.jac_sparsity(0, 1), 1.0).full() != 0.0).reshape(len(self.outputs), len(self.inputs))
 
 
+def _check_names(where: str, variables: Sequence[Variable]) -> None:
+    """Refuse a name that stands twice."""
+    names = [v.name for v in variables]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{where}: variable names must differ, got {name!r} twice")
+
+
 def build(
     *,
     name: str,
@@ -171,6 +176,7 @@ def build(
 
     Outputs that are states need not be returned. ValueError if a name is missing or not in the table.
     """
+    _check_names(f"component '{name}:{variant}'", variables)
     symbols = {v.name: ca.SX.sym(v.name) for v in variables if v.is_state or v.causality in ("input", "parameter")}
     derivatives, outputs = model(symbols)
     states = [v.name for v in variables if v.is_state]

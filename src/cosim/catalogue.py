@@ -70,7 +70,8 @@ def component(spec: str) -> Any:
     head, _, name = resolve(spec).rpartition(":")
     if head.endswith(".py"):
         module_spec = util.spec_from_file_location(Path(head).stem, head)
-        assert module_spec is not None and module_spec.loader is not None
+        if module_spec is None or module_spec.loader is None:
+            raise ValueError(f"component file {head!r} must be a Python file")
         module = util.module_from_spec(module_spec)
         try:
             module_spec.loader.exec_module(module)
@@ -131,8 +132,7 @@ def _fingerprint(spec: str) -> str:
     packages += [] if files else [components()[head][spec.rpartition(":")[2]].partition(".")[0]]
     for package in packages:
         found = util.find_spec(package)
-        assert found is not None and found.submodule_search_locations is not None
-        for root in found.submodule_search_locations:
+        for root in (found.submodule_search_locations or ()) if found else ():
             files += [f for f in sorted(Path(root).rglob("*")) if f.is_file() and "__pycache__" not in f.parts]
     digest = hashlib.sha256(f"{spec} {metadata.version('casadi')} {platform.platform()} {os.environ.get('CC')}".encode())
     for file in files:

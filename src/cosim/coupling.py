@@ -5,8 +5,9 @@ last k + 1 values of its sources (extrapolation), or, where a source has stepped
 and the k before it (interpolation). The inputs are then wrong by O(h^(k+1)) and so, at the end of a run, are the states:
 the order is k + 1 for Jacobi and for Gauss-Seidel.
 
-A cold start has no history. A first step with constant inputs costs O(h^2) once, which is no loss up to degree 1; for
-more the first steps are done twice: extrapolate, look at the outcome, go back, interpolate through it.
+A cold start has no history. A step with inputs of degree k - 1 costs O(h^(k+1)) once, which keeps the order; so the first
+steps are done twice where the slaves can go back: extrapolate, look at the outcome, go back, interpolate through it. That
+gains one degree for each of them, and with it the order.
 Source: Kuebler and Schiehlen, Modular simulation in multibody system dynamics (2000), for the schemes.
 """
 
@@ -101,7 +102,7 @@ class Algorithm(ABC):
     def advance(self, network: Network, history: History, h: float) -> tuple[np.ndarray, list[np.ndarray]]:
         """One macro step; as sweep(), with the first steps repeated where the history is too short for the order."""
         degree = min(self.degree, len(history.Y) - 1)
-        if degree >= self.degree - 1 or not all(slave.can_restore for slave in network.slaves):
+        if degree == self.degree or not all(slave.can_restore for slave in network.slaves):
             return self.sweep(network, history, h, degree)
         states = [slave.save() for slave in network.slaves]
         Y, _ = self.sweep(network, history, h, degree)
@@ -158,7 +159,7 @@ class GaussSeidel(Algorithm):
             U = used[i] = step(network, i, C, t, h)
             part = network.slices[i]
             Y[part] = network.slaves[i].output(U[0] + h * (U[1] + h * U[2] / 2), t + h)
-            C[:, part] = history.through(h, Y, degree)[:, part]
+            C[:, part] = history.through(h, Y, min(self.degree, len(history.Y)))[:, part]
         return network.outputs(Y, t + h), used
 
 

@@ -19,13 +19,13 @@ SHOWN_IN = {"rad": ("deg", 180.0 / np.pi), "m": ("mm", 1e3)}
 
 
 def figure(
-    rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 5.0), **options: object
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 5.0), *, sharex: bool = False
 ) -> tuple["Figure", np.ndarray]:
-    """A figure with its axes, shape (rows, columns), in this package's style; `options` go to matplotlib's subplots."""
+    """A figure with its axes, shape (rows, columns), in this package's style."""
     from matplotlib.figure import Figure
 
     made = Figure(figsize=size, layout="constrained")
-    axes = made.subplots(rows, columns, squeeze=False, **options)
+    axes = made.subplots(rows, columns, squeeze=False, sharex=sharex)
     for ax in axes.flat:
         ax.grid(alpha=0.3, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)

@@ -2,7 +2,8 @@
 
     x' = f(x, q),   y = g(x, q)
 
-q holds the few parameters that stay free (none where none is named); the others have the system's values. Where f is linear (constant plus matrix) the matrix exponential gives the solution exactly; else a Runge-Kutta method of
+q holds the few parameters that stay free (none where none is named); the others have the system's values. Where f is
+linear (a constant plus a matrix times x) the matrix exponential gives the solution exactly; else a Runge-Kutta method of
 order 8 with tight tolerances.
 """
 
@@ -12,6 +13,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from component.calling import bound
 from cosim import catalogue
 from cosim.network import Network
 from cosim.slaves.in_process import ComponentSlave
@@ -110,15 +112,12 @@ class Monolith:
         """x at every t, shape (n, n_x), by DOP853 at a relative tolerance of 1e-12."""
         from scipy.integrate import solve_ivp
 
-        buffer, trigger = self.f.buffer()
         argument, result = np.zeros(self.x0.size), np.zeros(self.x0.size)
-        buffer.set_arg(0, memoryview(argument))
-        buffer.set_arg(1, memoryview(self.q0))
-        buffer.set_res(0, memoryview(result))
+        call = bound(self.f, [argument, self.q0], result)
 
         def rhs(_: float, x: np.ndarray) -> np.ndarray:
             argument[:] = x
-            trigger()
+            call()
             return result.copy()
 
         solution = solve_ivp(rhs, (t[0], t[-1]), self.x0, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-15)

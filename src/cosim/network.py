@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 from types import TracebackType
 
@@ -42,7 +43,7 @@ class Network:
         self.system, self.slaves = system, tuple(slaves)
         place = {s.name: i for i, s in enumerate(self.slaves)}
         ends = np.cumsum([0, *(len(s.outputs) for s in self.slaves)])
-        self.slices = tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True))
+        self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self.names = tuple(f"{s.name}.{y.name}" for s in self.slaves for y in s.outputs)
         self.units = tuple(y.unit for s in self.slaves for y in s.outputs)
         self.values = tuple(s.start_values(part.values) for s, part in zip(self.slaves, system.parts, strict=True))

@@ -49,7 +49,10 @@ class Trajectory:
             writer.writerows(np.column_stack([self.t, self.values]).tolist())
 
     def _save_mat(self, file: Path) -> None:
-        """The Dymola trajectory layout, transposed ("binTrans"): one variable a column, `time` first."""
+        """The Dymola trajectory layout, transposed ("binTrans"): one variable a column, `time` first.
+
+        scipy writes characters in memory order, hence the contiguous copies of what is transposed.
+        """
         from scipy.io import savemat
 
         names = ["time", *self.names]
@@ -61,8 +64,8 @@ class Trajectory:
             file,
             {
                 "Aclass": _characters(["Atrajectory", "1.1", "", "binTrans"]),
-                "name": _characters(names).T,
-                "description": _characters(texts).T,
+                "name": np.ascontiguousarray(_characters(names).T),
+                "description": np.ascontiguousarray(_characters(texts).T),
                 "dataInfo": info,
                 "data_1": span.T,
                 "data_2": np.column_stack([self.t, self.values]).T,

@@ -6,7 +6,6 @@ Exit codes: 0 done, 1 a run or a check that failed, 2 wrong use.
 import sys
 from collections.abc import Sequence
 
-import click
 import typer
 
 from cosim.cli import converge, export, listing, paper, run
@@ -16,7 +15,6 @@ app = typer.Typer(
     name="cosim",
     help="Co-simulation of a railway vehicle and its gyroscopic damper, and of FMUs in general.",
     add_completion=False,
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
@@ -31,17 +29,19 @@ for name, function in (
     app.command(name)(function)
 
 
+# The base of all complaints about the command line; typer keeps its module private.
+(Misuse,) = (base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        code = app(args=None if arguments is None else list(arguments), prog_name="cosim", standalone_mode=False)
+        code = app(args=given or ["--help"], prog_name="cosim", standalone_mode=False)
         return code if isinstance(code, int) else 0
-    except click.exceptions.NoArgsIsHelpError as error:
-        print(error.format_message())
-        return 2
-    except click.ClickException as error:
+    except Misuse as error:
         return _complain(error.format_message(), 2)
-    except click.Abort:
+    except (typer.Abort, KeyboardInterrupt):
         return _complain("interrupted", 1)
     except RunError as error:
         return _complain(str(error), 1)

@@ -69,7 +69,7 @@ def command(
         a = ladder.algorithm
         errors = [f"{e:.2e}" + ("" if u else " x") for e, u in zip(ladder.errors, ladder.used, strict=True)]
         table.add_row(a.name, str(a.degree), *errors, f"{ladder.observed_order:.2f}", str(a.order))
-    words = [
+    words: list[str | Table] = [
         f"{plan.name} to t = {result.stop:g} s: largest relative error of an output against the {result.reference}",
         table,
         "x: left out of the fit, not yet proportional to a power of the step, or within the components' own error",

@@ -12,7 +12,7 @@ def command(as_json: AsJson = False) -> int:
     systems = {name: ssd.read(file).description for name, file in catalogue.systems().items()}
     components = {name: list(variants) for name, variants in catalogue.components().items()}
     algorithms = {name: [algorithm(name, degree).order for degree in range(3)] for name in ALGORITHMS}
-    tables = []
+    tables: list[str | Table] = []
     for title, rows in (
         ("system", systems.items()),
         ("component", [(name, "variants " + ", ".join(variants)) for name, variants in components.items()]),

@@ -114,7 +114,7 @@ def _summary(run: Run, in_process: bool) -> list[str | Table]:
     lines = [
         f"{head}{run.system.name}: {parts}, as {what}",
         f"{a.name}, input degree {a.degree}, {run.steps} macro steps of {run.step * 1e3:g} ms to t = {trajectory.t[-1]:g} s",
-        f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s (inside: {spent})",
+        f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s, in it {spent}",
     ]
     table = Table("at the end", "value", "unit", box=None, pad_edge=False)
     table.columns[1].justify = "right"

@@ -1,11 +1,12 @@
 """A component in this process: the same CasADi functions that become the FMU's C code, evaluated here."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from component import Component, Variable
+from component.calling import bound
 from component.integration import INPUT_DEGREE, substeps
 from cosim.errors import SlaveError
 from cosim.slaves.base import Signal, Slave
@@ -36,15 +37,16 @@ class ComponentSlave(Slave):
         self._y = np.zeros(len(self.outputs))
         self._internal_step = component.internal_step
         self._samples = 0  # how many sample instants have been taken
-        self._step = _bound(component.step, [self._x, self._U, self._p, self._span[:1], self._span[1:]], self._x)
-        self._output = _bound(component.output, [self._x, self._u, self._p], self._y)
-        self._sample = _bound(component.sample, [self._x, self._u, self._p], self._x) if component.sample else None
+        self._step = bound(component.step, [self._x, self._U, self._p, self._span[:1], self._span[1:]], self._x)
+        self._output = bound(component.output, [self._x, self._u, self._p], self._y)
+        self._sample = bound(component.sample, [self._x, self._u, self._p], self._x) if component.sample else None
 
     def initialize(self, values: Mapping[str, float], t: float, stop: float) -> None:
         self._x[:], self._p[:] = self._component.start_state, self._component.start_parameters
         self._u[:] = self._component.start_input
         self._internal_step = values.get("internal_step", self._component.internal_step)
-        for rows, target in ((self._component.states, self._x), (self._component.parameters, self._p), (self.inputs, self._u)):
+        tables = self._component.states, self._component.parameters, self._component.inputs
+        for rows, target in zip(tables, (self._x, self._p, self._u), strict=True):
             for i, row in enumerate(rows):
                 target[i] = values.get(row.name, target[i])
         self._t_start, self._samples = t, 0
@@ -77,7 +79,8 @@ class ComponentSlave(Slave):
     def _step_between_samples(self, t: float, h: float) -> None:
         """As step(), with the macro step cut at the instants of the sampled part; t counts from the start of the run."""
         period, sample, offset = self._component.sample_period, self._sample, 0.0
-        assert period is not None and sample is not None
+        assert period is not None
+        assert sample is not None
         while True:
             instant = self._samples * period - t  # of the next sample, from the communication point
             if instant <= offset + 1e-9 * period:
@@ -110,19 +113,3 @@ def _signal(row: Variable, kind: Any) -> Signal:
 
 def _is_settable(row: Variable) -> bool:
     return row.is_state or row.causality in ("input", "parameter")
-
-
-def _bound(function: Any, arguments: list[np.ndarray], result: np.ndarray) -> Callable[[], None]:
-    """A call of a CasADi function that reads and writes these very arrays. Scratch is per buffer, so instances are apart."""
-    buffer, trigger = function.buffer()
-    for i, argument in enumerate(arguments):
-        buffer.set_arg(i, memoryview(argument))
-    scratch = np.zeros_like(result)
-    buffer.set_res(0, memoryview(scratch))
-
-    def call() -> None:
-        trigger()
-        result[:] = scratch
-
-    call.keep = (buffer, arguments, scratch)  # type: ignore[attr-defined]  # the buffer holds bare pointers
-    return call

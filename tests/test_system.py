@@ -1,0 +1,129 @@
+"""Systems: what is wired wrongly is refused with one line that names it; .ssd files say the same as Python."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import oscillators
+import pytest
+
+from cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssd, system
+from cosim.master import open_network
+
+GAIN = f"{oscillators.HERE}:crossed"
+
+
+def wired(*connections: Connection, sources: tuple[str, ...] = (GAIN, GAIN), bonds: tuple[PowerBond, ...] = ()) -> System:
+    """Components a, b, ... with the given connections."""
+    return System("s", tuple(Part(n, s) for n, s in zip("abcdef", sources, strict=False)), connections, bonds)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: wired(Connection(("a", "y"), ("x", "u"))), "names component 'x'"),
+        (
+            lambda: wired(Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("b", "u"))),
+            r"b\.u must have one source, has two",
+        ),
+        (lambda: System("s", (Part("a", GAIN), Part("a", GAIN)), ()), "'a' twice"),
+        (lambda: wired(Connection(("a", "z"), ("b", "u"))), "unknown output of 'a': 'z'"),
+        (lambda: wired(Connection(("a", "y"), ("b", "z"))), "unknown input of 'b': 'z'"),
+        (
+            lambda: wired(Connection(("a", "y"), ("b", "force")), sources=(GAIN, f"{oscillators.HERE}:left")),
+            r"units must fit: a\.y is in '1', b\.force in 'N'",
+        ),
+        (
+            lambda: wired(Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))),
+            r"no algebraic loop, has (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)",
+        ),
+        (lambda: wired(bonds=(PowerBond(("a", "nothing"), ("b", "y")),)), r"unknown signal of a power bond: 'a\.nothing'"),
+        (lambda: wired(bonds=(PowerBond(("a", "y"), ("b", "y")),)), r"motion a\.y must be connected to 'b'"),
+    ],
+)
+def test_wrong_wiring_is_refused(make: object, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        open_network(make(), in_process=True)  # type: ignore[operator]
+
+
+def test_chain_with_feedthrough_is_evaluated_from_source_to_end() -> None:
+    """Five gains in a chain listed backwards: one pass of outputs must still carry the value through."""
+    names = "abcde"
+    parts = tuple(Part(n, GAIN, {"gain": 2.0} | ({"u": 1.5} if n == "a" else {})) for n in reversed(names))
+    chain = System("s", parts, tuple(Connection((a, "y"), (b, "u")) for a, b in pairwise(names)))
+    assert simulate(chain, step=0.5, stop=1.0, in_process=True).trajectory["e.y"] == pytest.approx(1.5 * 2**5)
+
+
+def test_values_and_variants_address_one_component_or_a_family() -> None:
+    two = System("s", (Part("gyro_front", "gyro_unit:linear"), Part("gyro_rear", "gyro_unit:linear")), ())
+    changed = two.with_value("gyro.rotor_speed", "2000rpm").with_source("gyro_rear", "nonlinear")
+    assert [p.source for p in changed.parts] == ["gyro_unit:linear", "gyro_unit:nonlinear"]
+    assert all(p.values["rotor_speed"] == "2000rpm" for p in changed.parts)
+    with pytest.raises(ValueError, match="unknown component of system 's': 'vehicle'"):
+        two.with_value("vehicle.speed", 1.0)
+
+
+def test_power_bonds_are_found_from_units_where_the_system_states_none() -> None:
+    pair = oscillators.pair()
+    bare = System(pair.name, pair.parts, (pair.connections[1], pair.connections[2]))
+    with open_network(bare, in_process=True) as network:
+        assert [b.name for b in network.bonds] == ["left.velocity x right.force"]
+
+
+@pytest.mark.parametrize("name", list(catalogue.systems()))
+def test_every_built_in_system_states_units_that_its_components_have(name: str) -> None:
+    """The connectors written in the .ssd file agree with the tables of the components that stand behind it."""
+    from lxml import etree
+
+    root = etree.parse(str(catalogue.systems()[name])).getroot()
+    plan = system(name)
+    for element, part in zip(root.iterfind(".//ssd:Component", ssd.NAMESPACES), plan.parts, strict=True):
+        rows = {v.name: v for v in catalogue.component(part.source).variables}
+        for connector in element.iterfind(".//ssd:Connector", ssd.NAMESPACES):
+            (real,) = connector
+            assert rows[connector.get("name")].causality == connector.get("kind")
+            assert rows[connector.get("name")].unit == real.get("unit")
+
+
+def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
+    """A foreign slave that speaks rpm drives one that listens in rad/s."""
+    from dataclasses import replace
+
+    from cosim.network import Network
+    from cosim.slaves.in_process import ComponentSlave
+
+    source = ComponentSlave("a", oscillators.crossed())
+    source.outputs = (replace(source.outputs[0], unit="rpm"),)
+    target = ComponentSlave("gyro", catalogue.component("gyro_unit:linear"))
+    plan = System("s", (Part("a", GAIN, {"u": 60.0}), Part("gyro", "gyro_unit:linear")),
+                  (Connection(("a", "y"), ("gyro", "yaw_rate")),))  # fmt: skip
+    network = Network(plan, [source, target])
+    Y = network.initialize(0.0, 1.0)
+    C = np.vstack([Y, np.zeros((2, Y.size))])
+    assert network.inputs(1, C)[0, 0] == pytest.approx(2 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("<a", "must be well-formed XML"),
+        ("<a/>", "must hold an SSP 1.0 SystemStructureDescription"),
+        ("<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]><x>&e;</x>", "must hold an SSP 1.0"),
+        (f"<s:SystemStructureDescription xmlns:s='{ssd.NAMESPACES['ssd']}'/>", "must hold a System"),
+    ],
+)
+def test_system_files_that_cannot_be_used_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "bad.ssd"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=words):
+        system(str(file))
+
+
+def test_an_ssd_file_elsewhere_finds_components_by_their_fmu_names(tmp_path: Path) -> None:
+    file = tmp_path / "mine.ssd"
+    file.write_text(catalogue.systems()["wheel-pair"].read_text())
+    assert system(str(file)) == system("wheel-pair")
+
+
+def test_wiring_error_is_wrong_use() -> None:
+    assert issubclass(WiringError, ValueError)
