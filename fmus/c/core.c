@@ -95,7 +95,7 @@ static void call(Instance *m, Function f, int n_in, const double *const in[], in
     f(m->argument, m->result, m->integers, m->work, 0);
 }
 
-static int finite(const double *v, int n) {
+static int all_finite(const double *v, int n) {
     for (int i = 0; i < n; i++)
         if (!isfinite(v[i])) return 0;
     return 1;
@@ -267,12 +267,12 @@ static Status output_derivatives(Instance *m, const char *function, const uint32
 static Status get_continuous(Instance *m, const char *function, const double *from, double *value, size_t n) {
     if (n != N_CONTINUOUS) return fail(m, function, "wrong number of continuous states");
     for (int i = 0; i < N_CONTINUOUS; i++) value[i] = from[CONTINUOUS_X[i]];
-    return finite(value, N_CONTINUOUS) ? OK : discard(m, function, "a value is not finite", "");
+    return all_finite(value, N_CONTINUOUS) ? OK : discard(m, function, "a value is not finite", "");
 }
 
 static Status set_continuous(Instance *m, const char *function, const double *value, size_t n) {
     if (n != N_CONTINUOUS) return fail(m, function, "wrong number of continuous states");
-    if (!finite(value, N_CONTINUOUS)) return discard(m, function, "states must be finite", "");
+    if (!all_finite(value, N_CONTINUOUS)) return discard(m, function, "states must be finite", "");
     for (int i = 0; i < N_CONTINUOUS; i++) m->s.x[CONTINUOUS_X[i]] = value[i];
     forget(m);
     return OK;

@@ -70,7 +70,7 @@ static Outcome advance_equal(Instance *m, double t, double start, double length)
         double tau = start + i * h;
         if (m->ask) ask_parabola(m, t + tau, h);
         internal_step(m, m->s.x, m->ask ? m->U_local : m->s.U, m->ask ? 0.0 : tau, h, m->x_one);
-        if (!finite(m->x_one, N_X)) return NOT_FINITE;
+        if (!all_finite(m->x_one, N_X)) return NOT_FINITE;
         if (!accept(m, m->x_one, t + (tau + h), h)) return RETURNED;
     }
     return DONE;
@@ -99,7 +99,7 @@ static Outcome advance_adaptive(Instance *m, double t, double start, double leng
             if (!accept(m, m->x_two, t + (tau + h), h)) return RETURNED;
             if (easy && level > 0 && done % 2 == 0) level--, divisor /= 2, done /= 2;
         } else {
-            if (level == LEVELS) return finite(m->x_two, N_X) ? NOT_ACCURATE : NOT_FINITE;
+            if (level == LEVELS) return all_finite(m->x_two, N_X) ? NOT_ACCURATE : NOT_FINITE;
             level++, divisor *= 2, done *= 2;
         }
     }
@@ -118,7 +118,7 @@ static Outcome sample_at(Instance *m, double t, double tau) {
     else
         polynomial_at(m->s.U, tau, m->s.u_now);
     call(m, MODEL(sample), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->x_one});
-    if (!finite(m->x_one, N_X)) return NOT_FINITE;
+    if (!all_finite(m->x_one, N_X)) return NOT_FINITE;
     memcpy(m->s.x, m->x_one, N_X * sizeof(double));
     m->s.samples++;
     forget(m);
