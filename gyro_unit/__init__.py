@@ -8,4 +8,6 @@ VARIANTS = {
     "linear": "gyro_unit.linear:linear",
     "nonlinear": "gyro_unit.nonlinear:nonlinear",
     "consistent": "gyro_unit.nonlinear:consistent",
+    "linear_full": "gyro_unit.linear:linear_full",
+    "nonlinear_full": "gyro_unit.nonlinear:nonlinear_full",
 }

@@ -18,9 +18,9 @@ from typing import Any
 
 import casadi as ca
 
-from component import Component, build
+from component import Component, Variable, build
 from gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
-from gyro_unit.parameters import SMALL
+from gyro_unit.parameters import FULL, SMALL
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H psi',   eta' = omega_y - theta'     (1)
@@ -53,7 +53,16 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def linear() -> Component:
     """The paper's gyro unit with Table 1's numbers."""
+    return _unit("linear", "Single-gimbal gyroscopic damper, linear in the gimbal angle", SMALL)
+
+
+def linear_full() -> Component:
+    """The same equations with Table 2's numbers: the unit of the full vehicle."""
+    return _unit("linear_full", "Full-scale single-gimbal gyroscopic damper, linear in the gimbal angle", FULL)
+
+
+def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant="linear", description="Single-gimbal gyroscopic damper, linear in the gimbal angle",
-        equations=EQUATIONS, variables=(*CONNECTOR, *GIMBAL, *ENERGY, *SMALL), model=_motion, internal_step=1e-3, bonds=BONDS,
+        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

@@ -21,9 +21,9 @@ from typing import Any
 
 import casadi as ca
 
-from component import Component, build
+from component import Component, Variable, build
 from gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
-from gyro_unit.parameters import SMALL
+from gyro_unit.parameters import FULL, SMALL
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H (psi' cos(eta) + phi' sin(eta)),   eta' = omega_y - theta'     (1)
@@ -56,10 +56,12 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def nonlinear() -> Component:
     """The gyro unit with Table 1's numbers and the full gimbal geometry."""
-    return build(
-        name="gyro_unit", variant="nonlinear", description="Single-gimbal gyroscopic damper with large gimbal angles",
-        equations=EQUATIONS, variables=(*CONNECTOR, *GIMBAL, *ENERGY, *SMALL), model=_motion, internal_step=1e-3, bonds=BONDS,
-    )  # fmt: skip
+    return _unit("nonlinear", "Single-gimbal gyroscopic damper with large gimbal angles", SMALL)
+
+
+def nonlinear_full() -> Component:
+    """The same equations with Table 2's numbers: the unit of the full vehicle."""
+    return _unit("nonlinear_full", "Full-scale single-gimbal gyroscopic damper with large gimbal angles", FULL)
 
 
 def consistent() -> Component:
@@ -70,7 +72,11 @@ def consistent() -> Component:
                 assumed=(disc, 2 * disc)) if v.name == "gimbal_inertia" else v
         for v in SMALL
     )  # fmt: skip
+    return _unit("consistent", "As nonlinear, with a physically possible gimbal inertia", table)
+
+
+def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant="consistent", description="As nonlinear, with a physically possible gimbal inertia",
-        equations=EQUATIONS, variables=(*CONNECTOR, *GIMBAL, *ENERGY, *table), model=_motion, internal_step=1e-3, bonds=BONDS,
+        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

@@ -6,4 +6,5 @@ The first is the default.
 
 VARIANTS = {
     "wheel_pair": "vehicle.wheel_pair:wheel_pair",
+    "lrt": "vehicle.lrt:lrt",
 }

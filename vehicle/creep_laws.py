@@ -96,7 +96,7 @@ def fastsim(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
     strips = (2.0 * np.arange(n) + 1.0) / n - 1.0  # y / b of the strips' centre lines
     if symbolic:
         parts = [_strip(y, xi, eta, phi, q, (L1, L2, L3, p0), ca) for y in strips]
-        return tuple(sum(column) for column in zip(*parts, strict=True))  # type: ignore[return-value]
+        return tuple(sum(column) for column in zip(*parts, strict=True))
     Fx, Fy, Mz = _strip(strips, float(xi), float(eta), float(phi), q, (float(L1), float(L2), float(L3), float(p0)), np)
     return Fx.sum(), Fy.sum(), Mz.sum()
 

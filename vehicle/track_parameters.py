@@ -1,0 +1,48 @@
+"""Parameters that carry the track: knots of the alignment, one sinusoidal stretch, harmonics.
+
+They start as straight, level, even track; vehicle.track and vehicle.spectra compute sets of them from segments and tables.
+"""
+
+from component import Variable, parameter
+from vehicle.alignment import COLUMNS
+from vehicle.irregularity import CHANNELS, PARTS
+
+SOURCE = "track data"
+KNOT = {
+    "position": ("m", "where the slopes change"),
+    "curvature_slope": ("1/m2", "change of the curvature's slope there; a left curve is positive"),
+    "cant_slope": ("rad/m", "change of the cant angle's slope there; positive lifts the left rail"),
+    "gradient_slope": ("rad/m", "change of the gradient's slope there; positive climbs"),
+}
+
+
+def track_parameters(capacity: int, harmonics: int) -> tuple[Variable, ...]:
+    """`capacity` knots, the stretch, and `harmonics` harmonics in each of four channels."""
+    knots = tuple(
+        parameter(f"track_{column}[{i}]", 0.0, KNOT[column][0], f"knot {i}: {KNOT[column][1]}", source=SOURCE)
+        for column in COLUMNS
+        for i in range(capacity)
+    )
+    stretch = (
+        parameter("stretch_start", 0.0, "m", "where the sinusoidal stretch begins", source=SOURCE),
+        parameter("stretch_wavelength", 50.0, "m", "wavelength of the stretch", source="fig. 6", min=0.1),
+        parameter("stretch_cycles", 5.0, "1", "wavelengths in the stretch", source="five make a finite stretch", min=0.0),
+        *(
+            parameter(f"stretch_{c}", 0.0, "m", f"amplitude of the stretch, {c.replace('_', ' ')}", source=SOURCE,
+                      display_unit="mm")
+            for c in CHANNELS
+        ),
+    )  # fmt: skip
+    if not harmonics:
+        return knots + stretch
+    return (
+        *knots, *stretch,
+        parameter("harmonics_length", 100.0, "m", "period of the harmonics", source=SOURCE, min=1.0),
+        parameter("harmonics_start", 10.0, "m", "where the harmonics fade in", source=SOURCE),
+        parameter("harmonics_fade", 10.0, "m", "length over which they fade in", source=SOURCE, min=0.1),
+        *(
+            parameter(f"{c}_{part}[{n}]", 0.0, "m", f"{part} amplitude of wave {n + 1} per period, {c.replace('_', ' ')}",
+                      source=SOURCE, display_unit="mm")
+            for c in CHANNELS for part in PARTS for n in range(harmonics)
+        ),
+    )  # fmt: skip

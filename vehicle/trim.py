@@ -1,0 +1,60 @@
+"""The rest state on straight level track: how deep a tread is pressed in, how fast a wheel turns, what drag is left.
+
+By symmetry one wheel decides: its load P must be carried and its axle free of torque. With s, c the sine and cosine of the
+tread's contact angle, H = r0 - delta / c the height of the axle over the rail, and forces by the creep law at the creepages
+xi (unknown), 0 and (v - xi v) s / (H v) = (1 - xi) s / H, which the conical tread cannot avoid (spin creep),
+
+    N(delta) c - F2 s = P,       -H F1 + Mz s = 0
+
+are solved for delta and xi by four Newton steps, unrolled: a formula in the parameters, exact to rounding, so that a
+vehicle whose states all start at zero starts at rest whatever the parameters are. F1 is the drag of one wheel.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from vehicle.creep_laws import LAWS
+from vehicle.wheel_rail import hertz_stiffness, tread_press
+
+STEPS = 4
+
+
+@dataclass(frozen=True)
+class Trim:
+    """Height of the axle (m), longitudinal creepage and drag (N) of one wheel, its spin per forward speed (1/m)."""
+
+    axle_height: Any
+    creepage: Any
+    drag: Any
+    spin_per_speed: Any
+
+
+def trim(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
+    """The rest state for the load `wheel_load` (N) and the symbols of the contact."""
+    slope = s["conicity"]
+    cosine = 1 / ca.sqrt(1 + slope * slope)
+    sine = slope * cosine
+    press = tread_press(s, grid)
+
+    def forces(delta: Any, xi: Any) -> tuple[Any, Any, Any, Any, Any]:
+        N, patch = press(delta, 0)
+        H = s["rolling_radius"] - delta / cosine
+        return N, *LAWS[law](xi, ca.SX(0), (1 - xi) * sine / H, patch), H
+
+    z = ca.SX.sym("z", 2)
+    guess = (wheel_load / cosine / hertz_stiffness(s)[0]) ** (2 / 3)
+    delta, xi = guess * z[0], 1e-3 * z[1]  # both unknowns of order one
+    N, F1, F2, Mz, H = forces(delta, xi)
+    residual = ca.vertcat((N * cosine - F2 * sine) / wheel_load - 1, (Mz * sine - H * F1) / (wheel_load * H))
+    J = ca.jacobian(residual, z)
+    determinant = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
+    step = ca.vertcat(J[1, 1] * residual[0] - J[0, 1] * residual[1], J[0, 0] * residual[1] - J[1, 0] * residual[0]) / determinant
+    at = ca.SX([1.0, 0.0])
+    for _ in range(STEPS):
+        at = ca.substitute(z - step, z, at)
+    delta, xi = guess * at[0], 1e-3 * at[1]
+    _, F1, _, _, H = forces(delta, xi)
+    return Trim(H, xi, -F1, (1 - xi) / H)

@@ -1,0 +1,120 @@
+"""Equations of motion of a wheel frame (or a solid wheelset) with its two wheels, on the track. SI units.
+
+The frame, its wheels and the gimbals that ride on it are one rigid body of mass m and inertia J about its centre on the axle
+line, but for the wheels' inertia about the axle, which turns with each wheel. Velocity v in track axes, angular velocity
+omega in the frame's axes, W the absolute spin of a wheel about the axle, Omega the turn of the track frame per metre:
+
+    s' = v_x / (1 + Omega_y z - Omega_z y),   y' = v_y + s' Omega_x z,   z' = v_z - s' Omega_x y        (1)
+    m (v' + s' Omega x v) = F                                                                           (2)
+    J omega' + omega x (J omega + h e_y) = M - tau e_y,   h = I_y (W_L + W_R)                            (3)
+    I_y W' = tau of the wheel: the moment of its contact forces about the axle                          (4)
+
+z in (1) and the moment arms counts from the rails. tau is the sum of the wheels' axle moments: the bearings pass
+everything on but that. A solid axle has one W, with 2 I_y and both moments. F and M hold contact forces, weight, the given
+drive force at the axle, and what the caller adds: suspension and gyro.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from vehicle.alignment import TrackPoint
+from vehicle.irregularity import Unevenness
+from vehicle.rotation import angle_rates, attitude, column, cross
+from vehicle.wheel_rail import SLOWEST, Touch, Wheel, wheel_on_rail
+
+SIDES = {"left": 1, "right": -1}
+
+
+@dataclass(frozen=True)
+class FrameState:
+    """Place and motion of the frame: s, y, z above the rails, yaw, roll, pitch; v (track axes), omega (own axes), W_L, W_R."""
+
+    s: Any
+    y: Any
+    z: Any
+    psi: Any
+    phi: Any
+    theta: Any
+    v: ca.SX
+    omega: ca.SX
+    W: tuple[Any, Any]
+
+    def attitude(self) -> ca.SX:
+        """From the frame's axes to track axes, (3, 3)."""
+        return attitude(self.psi, self.phi, self.theta)
+
+
+def place_rates(at: FrameState, turn: ca.SX) -> tuple[Any, ...]:
+    """(s', y', z', psi', phi', theta') of any body that follows the track: (1) and vehicle.rotation; `turn` is Omega."""
+    s_dot = at.v[0] / (1 + turn[1] * at.z - turn[2] * at.y)
+    relative = at.omega - at.attitude().T @ (s_dot * turn)
+    y_dot = at.v[1] + s_dot * turn[0] * at.z
+    z_dot = at.v[2] - s_dot * turn[0] * at.y
+    return s_dot, y_dot, z_dot, *angle_rates(at.phi, at.theta, relative)
+
+
+def rails(at: FrameState, point: TrackPoint, rough: Unevenness, half_distance: Any, x: Any, side: int) -> tuple[ca.SX, ca.SX]:
+    """A point of the rail `side` near the station s + x, and its unit tangent, in the track axes at s."""
+    lateral, vertical, lateral_slope, vertical_slope = rough.rail(side)
+    k, y = point.curvature, side * half_distance
+    place = column(x, y + lateral + (k * x / 2 + lateral_slope) * x, vertical + (point.cant_slope * y + vertical_slope) * x)
+    t = column(1, k * x + lateral_slope, point.cant_slope * y + vertical_slope)
+    return place, t / ca.sqrt(1 + t[1] ** 2 + t[2] ** 2)
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Sum of the contact forces in track axes, their moment about the frame's centre in its axes, and each wheel's touches."""
+
+    force: ca.SX
+    moment: ca.SX
+    axle_moments: tuple[Any, Any]
+    touches: dict[str, tuple[Touch, Touch]]
+
+
+def rolling(
+    at: FrameState, point: TrackPoint, rough: Unevenness, s: Mapping[str, ca.SX], law: str, flange_side: int, grid: int
+) -> Rolling:
+    """Contact forces on both wheels; `flange_side` is 1 where the flanges lie outside the rails, -1 inside."""
+    R, b = at.attitude(), s["contact_half_distance"]
+    e_y = column(-ca.sin(at.psi) * ca.cos(at.phi), ca.cos(at.psi) * ca.cos(at.phi), ca.sin(at.phi))
+    origin = column(0, at.y, at.z)
+    spin_free = R @ at.omega - at.omega[1] * e_y
+    speed = ca.fmax(at.v[0], SLOWEST)
+    force, moment, axle_moments, touches = ca.SX.zeros(3), ca.SX.zeros(3), [], {}
+    for (name, side), W in zip(SIDES.items(), at.W, strict=True):
+        towards_flange = flange_side * side
+        centre = origin + side * b * e_y
+        wheel = Wheel(centre, towards_flange * e_y, origin, at.v, spin_free + W * e_y, speed)
+        rail, t = rails(at, point, rough, b, -side * b * ca.sin(at.psi), side)
+        pair = wheel_on_rail(wheel, rail, t, s, law, towards_flange, grid)
+        touches[name] = pair
+        here = pair[0].moment + pair[1].moment
+        axle_moments.append(here[0] * e_y[0] + here[1] * e_y[1] + here[2] * e_y[2])
+        force += pair[0].force + pair[1].force
+        moment += here
+    return Rolling(force, R.T @ moment, (axle_moments[0], axle_moments[1]), touches)
+
+
+def accelerations(
+    at: FrameState, turn: ca.SX, s_dot: Any, m: Any, J: tuple[Any, Any, Any], I_y: Any, force: ca.SX, moment: ca.SX,
+    axle_moments: tuple[Any, Any], solid: bool,
+) -> tuple[ca.SX, ca.SX, tuple[Any, Any]]:  # fmt: skip
+    """(v', omega', (W_L', W_R')) from (2)-(4); `force` in track axes, `moment` about the centre in the frame's axes."""
+    v_dot = force / m - cross(s_dot * turn, at.v)
+    tau = axle_moments[0] + axle_moments[1]
+    h = I_y * (at.W[0] + at.W[1])
+    wx, wy, wz = at.omega[0], at.omega[1], at.omega[2]
+    Jx, Jy, Jz = J
+    omega_dot = column(
+        (moment[0] - (Jz - Jy) * wy * wz + h * wz) / Jx,
+        (moment[1] - tau - (Jx - Jz) * wx * wz) / Jy,
+        (moment[2] - (Jy - Jx) * wx * wy - h * wx) / Jz,
+    )
+    if solid:
+        together = tau / (2 * I_y)
+        return v_dot, omega_dot, (together, together)
+    return v_dot, omega_dot, (axle_moments[0] / I_y, axle_moments[1] / I_y)
