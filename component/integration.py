@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from component.methods import METHODS as METHODS
+from component.methods import METHODS
 
 if TYPE_CHECKING:
     from component.model import Component
@@ -63,7 +63,8 @@ def step_function(rhs: ca.Function, method: str) -> ca.Function:
     s = symbol.sym("s")  # 0..1 over the internal step, so that one integrator serves every h
     t = tau + s * h
     u = U[:, 0] + U[:, 1] * t + U[:, 2] * t**2 / 2
-    problem = {"x": x, "t": s, "p": ca.veccat(U, p, tau, h), "ode": h * ca.densify(rhs(x, u, p))}
+    ode = h * ca.densify(rhs(x, u, p))
+    problem = {"x": x, "t": s, "p": ca.veccat(U, p, tau, h), "ode": ca.cse(ode) if symbol is ca.SX else ode}
     scaled = METHODS[method].step(problem)
     if symbol is ca.SX and scaled.is_a("MXFunction") and rhs.n_instructions() <= SMALL_MODEL and method in EXPLICIT:
         scaled = scaled.expand()

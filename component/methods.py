@@ -29,7 +29,7 @@ class Method:
 def runge_kutta_4(problem: Problem) -> ca.Function:
     """Classical Runge-Kutta, explicit, order 4: CasADi's fixed-step `rk`. Stable for h times an eigenvalue down to -2.78."""
     integrator = ca.integrator("step", "rk", problem, 0.0, 1.0, {"number_of_finite_elements": 1, "simplify": True})
-    x, q = (type(problem["x"]).sym(key, problem[key].numel()) for key in "xp")
+    x, q = (ca.MX.sym(key, problem[key].numel()) for key in "xp")
     return ca.Function("step", [x, q], [integrator(x0=x, p=q)["xf"]])
 
 

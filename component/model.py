@@ -171,10 +171,13 @@ def build(
     internal_step: float,
     method: str = "rk4",
     bonds: Sequence[Bond] = (),
+    sample: Callable[[dict[str, ca.SX]], dict[str, Any]] | None = None,
+    sample_period: float | None = None,
 ) -> Component:
     """Make a component from `model`, which maps symbols by variable name to (state derivatives, outputs) by name.
 
-    Outputs that are states need not be returned. ValueError if a name is missing or not in the table.
+    Outputs that are states need not be returned, nor derivatives of discrete states (they are 0). `sample` maps the symbols
+    to the states that the sampled part changes. ValueError if a name is missing or not in the table.
     """
     _check_names(f"component '{name}:{variant}'", variables)
     symbols = {v.name: ca.SX.sym(v.name) for v in variables if v.is_state or v.causality in ("input", "parameter")}
@@ -182,6 +185,11 @@ def build(
     states = [v.name for v in variables if v.is_state]
     computed = [v.name for v in variables if v.causality == "output"]
     outputs = {n: symbols[n] for n in computed if n in states} | outputs
+    derivatives = {v.name: 0 for v in variables if v.is_state and v.variability == "discrete"} | derivatives
+    sampled = sample(symbols) if sample is not None else {}
+    for changed in sampled:
+        if changed not in states:
+            raise ValueError(f"component '{name}:{variant}': sample must give states, got {changed!r}")
     for what, got, wanted in (("derivatives", derivatives, states), ("outputs", outputs, computed)):
         if set(got) != set(wanted):
             odd = ", ".join(sorted(set(got) ^ set(wanted)))
@@ -202,5 +210,8 @@ def build(
         name=name, variant=variant, description=description, equations=equations, variables=tuple(variables),
         rhs=ca.Function("rhs", args, [ca.vertcat(ca.SX(0, 1), *(derivatives[n] for n in states))], labels, ["x_dot"]),
         output=ca.Function("output", args, [ca.vertcat(ca.SX(0, 1), *(outputs[n] for n in computed))], labels, ["y"]),
-        internal_step=internal_step, method=method, bonds=tuple(bonds),
+        internal_step=internal_step, method=method, bonds=tuple(bonds), sample_period=sample_period,
+        sample=None if sample is None else ca.Function(
+            "sample", args, [ca.vertcat(ca.SX(0, 1), *(sampled.get(n, symbols[n]) for n in states))], labels, ["x_next"]
+        ),
     )  # fmt: skip
