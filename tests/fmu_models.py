@@ -1,0 +1,98 @@
+"""Small components that the exporter's tests need beside the project's own: each has one feature the others lack."""
+
+import casadi as ca
+import numpy as np
+
+from component import Component, build, input_, output, parameter, state
+from component.integration import Progress, first_sample, input_at, macro_step
+
+
+def plain(**changes: object) -> Component:
+    """A damped pendulum with feedthrough: y = angle + u, drive u; smooth and nonlinear."""
+    options = {
+        "name": "pendulum", "variant": "plain", "description": "Damped pendulum", "equations": "phi'' = -k sin(phi) - d phi' + u",
+        "internal_step": 2e-3,
+        "variables": [
+            state("phi", "rad", "angle", start=0.5, is_output=True), state("omega", "rad/s", "rate", nominal=2.0),
+            input_("u", "rad/s2", "drive"), output("y", "rad", "angle plus drive"),
+            parameter("k", 9.0, "1/s2", "stiffness", source="test", min=0.0, max=1e6), parameter("d", 0.3, "1/s", "damping", source="test"),
+        ],
+        "model": lambda s: (
+            {"phi": s["omega"], "omega": -s["k"] * ca.sin(s["phi"]) - s["d"] * s["omega"] + s["u"]},
+            {"y": s["phi"] + s["u"]},
+        ),
+    } | changes  # fmt: skip
+    return build(**options)  # type: ignore[arg-type]
+
+
+def stiff(method: str) -> Component:
+    """Two time scales 1 and 1e-5 s, nonlinear, integrated with internal steps a thousand times the fast one."""
+    return build(
+        name="stiff", variant=method, description="Two time scales", equations="", internal_step=1e-2, method=method,
+        variables=[
+            state("slow", "1", "slow", start=1.0, is_output=True), state("fast", "1", "fast", start=0.0, is_output=True),
+            input_("u", "1", "drive"), parameter("rate", 1e5, "1/s", "fast rate", source="test"),
+        ],
+        model=lambda s: (
+            {"slow": -s["slow"] * s["fast"] + s["u"], "fast": s["rate"] * (ca.cos(s["slow"]) - s["fast"])}, {},
+        ),
+    )  # fmt: skip
+
+
+def sampled() -> Component:
+    """A plant with a sampled integrating controller: the actuator holds between instants 7 ms apart."""
+    return build(
+        name="sampled", variant="pi", description="Sampled controller", equations="", internal_step=1e-3, sample_period=7e-3,
+        variables=[
+            state("level", "m", "level", is_output=True), state("valve", "1", "valve", discrete=True, is_output=True),
+            state("integral", "1", "controller's sum", discrete=True), input_("wish", "m", "wanted level"),
+            parameter("gain", 0.8, "1/m", "gain", source="test"),
+        ],
+        model=lambda s: ({"level": 5 * s["valve"] - 2 * s["level"]}, {}),
+        sample=lambda s: {
+            "integral": s["integral"] + 0.1 * s["gain"] * (s["wish"] - s["level"]),
+            "valve": s["integral"] + s["gain"] * (s["wish"] - s["level"]),
+        },
+    )  # fmt: skip
+
+
+def gain() -> Component:
+    """No state: y = 3 u."""
+    return build(
+        name="gain", variant="three", description="Gain", equations="y = 3 u", internal_step=1.0,
+        variables=[input_("u", "1", "in"), output("y", "1", "out")], model=lambda s: ({}, {"y": 3 * s["u"]}),
+    )  # fmt: skip
+
+
+def autonomous() -> Component:
+    """No input and no parameter: growth that overflows after a while."""
+    return build(
+        name="growth", variant="blowup", description="x' = x^2", equations="x' = x^2", internal_step=1e-2,
+        variables=[state("x", "1", "size", start=1.0, is_output=True)], model=lambda s: ({"x": s["x"] ** 2}, {}),
+    )  # fmt: skip
+
+
+def in_process(
+    c: Component, steps: list[tuple[float, float, np.ndarray]], *, internal_step: float | None = None, tolerance: float = 0.0,
+    parameters: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Outputs after each (t, h, U) in this process, shape (len(steps), n_y)."""
+    x, p = c.start_state, c.start_parameters if parameters is None else parameters
+    progress, rows = Progress(first_sample(c.sample_period, steps[0][0])), []
+    for t, h, U in steps:
+        x, progress = macro_step(
+            c, x, U, p, t, h, internal_step=internal_step or c.internal_step, tolerance=tolerance, progress=progress
+        )
+        rows.append(np.array(c.output(x, input_at(U, h), p)).ravel())
+    return np.array(rows)
+
+
+def random_steps(c: Component, h: float, n: int, *, seed: int = 0, size: float = 1.0) -> list[tuple[float, float, np.ndarray]]:
+    """n macro steps of uneven length about h with random input polynomials of degree 2."""
+    rng = np.random.default_rng(seed)
+    t, steps = 0.0, []
+    for _ in range(n):
+        length = h * (0.5 + rng.random())
+        steps.append((t, length, size * rng.standard_normal((len(c.inputs), 3)) * [1.0, 0.5 / h, 0.5 / h**2]))
+        t += length
+    return steps
