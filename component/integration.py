@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from component.methods import METHODS
+from component.methods import METHODS as METHODS
 
 if TYPE_CHECKING:
     from component.model import Component

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from component.integration import METHODS, step_function
-from component.variables import Variable
+from component.variables import Variable, parameter
 
 
 @dataclass(frozen=True)
@@ -125,6 +125,20 @@ class Component:
     def parameters(self) -> tuple[Variable, ...]:
         """The rows of p."""
         return tuple(v for v in self.variables if v.causality == "parameter")
+
+    @cached_property
+    def integration_parameters(self) -> tuple[Variable, ...]:
+        """What every component takes besides its own parameters, in process and as an FMU; not part of p."""
+        return (
+            parameter(
+                "internal_step", self.internal_step, "s", "longest internal step; a macro step is divided evenly",
+                source="component", min=1e-12, tunable=False,
+            ),
+            parameter(
+                "tolerance", 0.0, "1", "relative error of an internal step with error control; 0 for equal steps",
+                source="component", min=0.0, max=1.0, tunable=False,
+            ),
+        )  # fmt: skip
 
     @cached_property
     def output_states(self) -> dict[str, int]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from component import Component, Variable, parameter
+from component import Component, Variable
 
 Kind = Literal["time", "state", "input", "output", "parameter", "derivative"]
 
@@ -41,13 +41,7 @@ class Table:
     @cached_property
     def added(self) -> tuple[Variable, ...]:
         """The parameters that every FMU has besides the component's own; they follow these in p."""
-        step = self.component.internal_step
-        return (
-            parameter("internal_step", step, "s", "longest internal step; a macro step is divided evenly", min=1e-12,
-                      source="component", tunable=False),
-            parameter("tolerance", 0.0, "1", "relative error of an internal step with error control; 0 for equal steps", min=0.0,
-                      max=1.0, source="exporter", tunable=False),
-        )  # fmt: skip
+        return self.component.integration_parameters
 
     @cached_property
     def parameters(self) -> tuple[Variable, ...]:

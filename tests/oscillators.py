@@ -86,3 +86,13 @@ def crossed(direct: float = 1.0) -> Component:
         variables=[input_("u", "1", "in"), output("y", "1", "out"), parameter("gain", direct, "1", "gain", source="test")],
         model=lambda s: ({}, {"y": s["gain"] * s["u"]}),
     )  # fmt: skip
+
+
+def counter() -> Component:
+    """Counts every 10 ms in its sampled part, and integrates the count."""
+    return build(
+        name="oscillator", variant="counter", description="counts", equations="", internal_step=1e-3, sample_period=0.01,
+        variables=[state("count", "1", "how often", discrete=True, is_output=True),
+                   state("total", "s", "its integral", is_output=True)],
+        model=lambda s: ({"total": s["count"]}, {}), sample=lambda s: {"count": s["count"] + 1},
+    )  # fmt: skip

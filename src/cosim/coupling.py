@@ -65,7 +65,7 @@ def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
     A slave that follows constant inputs then sees the mean, one that follows linear ones the best line: constant keeps
     order 2, linear order 3, where cutting the polynomial off would lose one.
     """
-    if degree >= 2 or not U[degree + 1 :].any():
+    if degree >= MAX_DEGREE or not U[degree + 1 :].any():
         return U
     value, slope, curvature = U[0].copy(), U[1].copy(), U[2]
     value -= curvature * h**2 / 12  # s^2 / 2 is on [0, h] nearest to h s / 2 - h^2 / 12

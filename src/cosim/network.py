@@ -30,6 +30,42 @@ class Bond:
     effort_input: tuple[int, int]
 
 
+class _Inputs:
+    """How the inputs of one slave follow from all outputs.
+
+    joined : (place in Y, place in u, factor, offset) of each connected input.
+    start : shape (n_u,), what unconnected inputs keep.
+    """
+
+    def __init__(self, joined: list[tuple[int, int, float, float]], start: np.ndarray) -> None:
+        self.joined, self.start = joined, start
+        self._source, self._into = _slice([wire[0] for wire in joined]), _slice([wire[1] for wire in joined])
+        self._scale, self._offset = np.array([wire[2] for wire in joined]), np.array([wire[3] for wire in joined])
+        self._scaled, self._shifted = bool((self._scale != 1.0).any()), bool(self._offset.any())
+        self._whole = len(joined) == start.size and not self._shifted
+        self._template = np.vstack([start, np.zeros((2, start.size))])
+
+    def of(self, C: np.ndarray) -> np.ndarray:
+        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3."""
+        part = C[:, self._source]
+        if self._scaled:
+            part = part * self._scale
+        if self._whole:
+            return part.copy()  # never a view: the caller may keep it
+        U = self._template[: len(C)].copy()
+        U[:, self._into] = part
+        if self._shifted:
+            U[0, self._into] += self._offset
+        return U
+
+
+def _slice(places: list[int]) -> slice | np.ndarray:
+    """`places` as a slice where they follow one another, which numpy serves without copying."""
+    if places and places == list(range(places[0], places[0] + len(places))):
+        return slice(places[0], places[0] + len(places))
+    return np.array(places, dtype=int)
+
+
 class Network:
     """Slaves in system order with their wiring. Y, shape (n_Y,), holds the outputs of all slaves one after another.
 
@@ -47,35 +83,19 @@ class Network:
         self.names = tuple(f"{s.name}.{y.name}" for s in self.slaves for y in s.outputs)
         self.units = tuple(y.unit for s in self.slaves for y in s.outputs)
         self.values = tuple(s.start_values(part.values) for s, part in zip(self.slaves, system.parts, strict=True))
-        self._gather: list[np.ndarray] = []  # per slave: place in Y of the source of each connected input
-        self._connected: list[np.ndarray] = []  # per slave: the places in u of the connected inputs
-        self._scale: list[np.ndarray] = []
-        self._offset: list[np.ndarray] = []
-        self._start: list[np.ndarray] = []
-        self._plain: list[bool] = []  # every input is connected, none needs a conversion
+        self._inputs: list[_Inputs] = []
         wires = {c.end: c for c in system.connections}
         self.feeds: dict[int, list[tuple[int, int]]] = {}  # place in Y -> the (slave, place in u) it feeds
         for i, slave in enumerate(self.slaves):
-            gather, connected, scale, offset = [], [], [], []
+            joined = []
             for j, signal in enumerate(slave.inputs):
                 wire = wires.pop((slave.name, signal.name), None)
-                if wire is None:
-                    continue
-                source = self._place(wire, place)
-                self.feeds.setdefault(source, []).append((i, j))
-                factor, shift = _conversion(wire, self.units[source], signal.unit)
-                gather.append(source)
-                connected.append(j)
-                scale.append(factor)
-                offset.append(shift)
-            self._gather.append(np.array(gather, dtype=int))
-            self._connected.append(np.array(connected, dtype=int))
-            self._scale.append(np.array(scale))
-            self._offset.append(np.array(offset))
-            values = self.values[i]
-            self._start.append(np.array([values.get(s.name, s.start or 0.0) for s in slave.inputs]))
-            whole = len(gather) == len(slave.inputs)
-            self._plain.append(whole and all(f == 1.0 for f in scale) and all(o == 0.0 for o in offset))
+                if wire is not None:
+                    source = self._place(wire, place)
+                    self.feeds.setdefault(source, []).append((i, j))
+                    joined.append((source, j, *_conversion(wire, self.units[source], signal.unit)))
+            start = np.array([self.values[i].get(s.name, s.start or 0.0) for s in slave.inputs])
+            self._inputs.append(_Inputs(joined, start))
         for end, _ in wires.items():
             slave = self.slaves[place[end[0]]]
             raise unknown(f"input of {slave.name!r}:", end[1], [s.name for s in slave.inputs])
@@ -92,30 +112,22 @@ class Network:
         return self.slices[i].start + names.index(wire.start[1])
 
     def inputs(self, i: int, C: np.ndarray) -> np.ndarray:
-        """The input polynomial U, shape (3, n_u), of slave i from C, shape (3, n_Y): value and derivatives of all outputs."""
-        if self._plain[i]:
-            return C[:, self._gather[i]]
-        U = np.zeros((3, len(self.slaves[i].inputs)))
-        U[0] = self._start[i]
-        U[:, self._connected[i]] = C[:, self._gather[i]] * self._scale[i]
-        U[0, self._connected[i]] += self._offset[i]
-        return U
+        """The input polynomial U, shape (m, n_u), of slave i from C, shape (m, n_Y): value and derivatives of all outputs."""
+        return self._inputs[i].of(C)
 
     def wires(self, i: int) -> list[tuple[int, int, float, float]]:
         """The connected inputs of slave i: place in Y of the source, place in u, factor and offset between their units."""
-        columns = (self._gather[i], self._connected[i], self._scale[i], self._offset[i])
-        return [(int(k), int(j), float(a), float(b)) for k, j, a, b in zip(*columns, strict=True)]
+        return self._inputs[i].joined
 
     def start_inputs(self, i: int) -> np.ndarray:
         """The start values of slave i's inputs, shape (n_u,), which unconnected ones keep."""
-        return self._start[i].copy()
+        return self._inputs[i].start.copy()
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
-        C = np.zeros((3, Y.size))
+        row = Y[None, :]  # a view: an output written below is seen by those after it
         for i in self.order:
-            C[0] = Y
-            Y[self.slices[i]] = self.slaves[i].output(self.inputs(i, C)[0], t)
+            Y[self.slices[i]] = self.slaves[i].output(self._inputs[i].of(row)[0], t)
         return Y
 
     def step(self, i: int, U: np.ndarray, t: float, h: float) -> None:

@@ -30,7 +30,7 @@ for name, function in (
 
 
 # The base of all complaints about the command line; typer keeps its module private.
-(Misuse,) = (base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
+Misuse: type[Exception] = next(base for base in typer.BadParameter.__mro__ if base.__name__ == "ClickException")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = app(args=given or ["--help"], prog_name="cosim", standalone_mode=False)
         return code if isinstance(code, int) else 0
     except Misuse as error:
-        return _complain(error.format_message(), 2)
+        return _complain(error.format_message() if isinstance(error, typer.BadParameter) else str(error), 2)
     except (typer.Abort, KeyboardInterrupt):
         return _complain("interrupted", 1)
     except RunError as error:

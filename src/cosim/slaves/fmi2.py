@@ -5,6 +5,7 @@ import shutil
 import tempfile
 import zipfile
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -127,7 +128,7 @@ class Fmi2Slave(Slave):
         self._guard(t, "fmi2SetupExperiment", lambda: self._fmu.setupExperiment(startTime=t, stopTime=stop))
         self._guard(t, "fmi2EnterInitializationMode", self._fmu.enterInitializationMode)
         self._guard(t, "fmi2ExitInitializationMode", self._fmu.exitInitializationMode)
-        self._running = True
+        self._running, self._orders = True, 0
         self._instance = self._fmu.component
         if self.inputs:
             self._check(self._get_real(self._instance, self._u_refs, self._u.size, self._u_pointer), "fmi2GetReal", t, 0.0)
@@ -146,7 +147,7 @@ class Fmi2Slave(Slave):
             self._u[:] = u
             self._check(self._set_real(self._instance, self._u_refs, self._u.size, self._u_pointer), "fmi2SetReal", t, 0.0)
         self._check(self._get_real(self._instance, self._y_refs, self._y.size, self._y_pointer), "fmi2GetReal", t, 0.0)
-        if not np.isfinite(self._y.sum()):
+        if not isfinite(np.add.reduce(self._y)):
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
                     raise SlaveError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}", self._said())
@@ -157,10 +158,14 @@ class Fmi2Slave(Slave):
         if self._u.size:
             self._u[:] = U[0]
             self._check(self._set_real(instance, self._u_refs, self._u.size, self._u_pointer), "fmi2SetReal", t, h)
-            if self.input_degree and U[1:].any():
-                self._du[:] = U[1:].ravel()
-                status = self._set_derivatives(instance, self._du_refs, self._du.size, self._du_orders, self._du_pointer)
-                self._check(status, "fmi2SetRealInputDerivatives", t, h)
+            if self.input_degree:
+                if self._orders < 2:  # an FMU hears of a derivative from when it first differs from zero
+                    self._orders = 2 if U[2].any() else 1 if U[1].any() else self._orders
+                if self._orders:
+                    self._du[:] = U[1:].ravel()
+                    n = self._orders * self._u.size
+                    status = self._set_derivatives(instance, self._du_refs, n, self._du_orders, self._du_pointer)
+                    self._check(status, "fmi2SetRealInputDerivatives", t, h)
         self._check(self._do_step(instance, t, h, 1 - self.can_restore), "fmi2DoStep", t, h)
 
     def save(self) -> Any:

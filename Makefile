@@ -1,0 +1,46 @@
+# Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
+.PHONY: run test test-all check bench paper clean
+
+PYTHON ?= python3
+ifeq ($(OS),Windows_NT)
+BIN := .venv/Scripts
+else
+BIN := .venv/bin
+endif
+READY := .venv/.ready
+DEVELOP := .venv/.develop
+
+run: $(READY)
+	@mkdir -p results
+	$(BIN)/cosim run wheel-pair --gyro linear --set gyro.rotor_speed=200rpm --step 1ms --stop 60 --output results/wheel-pair.csv --plot results/wheel-pair.png
+
+test: $(DEVELOP)
+	$(BIN)/python -m pytest -q
+
+test-all: $(DEVELOP)
+	$(BIN)/python -m pytest -q -m "slow or not slow"
+
+check: $(DEVELOP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(DEVELOP)
+	$(BIN)/python benchmarks/run.py
+
+paper: $(READY)
+	$(BIN)/cosim paper
+
+clean:
+	rm -rf .venv results
+
+# Debian without python3-venv can still make an environment through virtualenv, where that is installed.
+$(READY): pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv || $(PYTHON) -m virtualenv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(DEVELOP): pyproject.toml $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .[dev]
+	@touch $@
