@@ -23,7 +23,7 @@ import casadi as ca
 from vehicle.rotation import about_x, about_y, about_z, column
 
 NODES = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))  # of Gauss-Legendre on 0..1, with weights
-CAPACITY = 8  # knots of curvature, cant and gradient unless a builder asks for more
+CAPACITY = 4  # free knots beside the four of the standard curve, unless a builder asks for more
 COLUMNS = ("position", "curvature_slope", "cant_slope", "gradient_slope")
 
 
@@ -62,8 +62,22 @@ class Alignment:
 
     @classmethod
     def of(cls, symbols: Mapping[str, ca.SX], capacity: int) -> "Alignment":
-        """From a component's symbols `track_position[0]`, ..., `track_gradient_slope[capacity - 1]`."""
-        return cls(*(tuple(symbols[f"track_{c}[{i}]"] for i in range(capacity)) for c in COLUMNS))
+        """From a component's symbols: the standard curve's four knots, then `track_position[0]`, ... up to `capacity`.
+
+        The standard curve is transition, curve, transition from `curve_start` on; `curve_turn` 1 left, -1 right, 0 none.
+        """
+        T, turn = symbols["transition_length"], symbols["curve_turn"]
+        ends = (symbols["curve_start"], symbols["curve_start"] + T + symbols["curve_length"])
+        curvature = turn / (symbols["curve_radius"] * T)
+        cant = -turn * symbols["curve_cant"] / (2 * symbols["contact_half_distance"] * T)
+        standard = {
+            "position": (ends[0], ends[0] + T, ends[1], ends[1] + T),
+            "curvature_slope": (curvature, -curvature, -curvature, curvature),
+            "cant_slope": (cant, -cant, -cant, cant),
+            "gradient_slope": (0, 0, 0, 0),
+        }
+        free = {c: tuple(symbols[f"track_{c}[{i}]"] for i in range(capacity)) for c in COLUMNS}
+        return cls(*(standard[c] + free[c] for c in COLUMNS))
 
     def at(self, s: Any) -> TrackPoint:
         """The track frame at `s` (m)."""

@@ -1,6 +1,7 @@
-"""Parameters that carry the track: knots of the alignment, one sinusoidal stretch, harmonics.
+"""Parameters that carry the track: a standard curve, free knots of the alignment, a sinusoidal stretch, harmonics.
 
-They start as straight, level, even track; vehicle.track and vehicle.spectra compute sets of them from segments and tables.
+They start as straight, level, even track. The standard curve (figs. 7 to 10) and the stretch (fig. 6) are set by hand;
+vehicle.track and vehicle.spectra compute the others from segments, tables and spectra.
 """
 
 from component import Variable, parameter
@@ -8,6 +9,19 @@ from vehicle.alignment import COLUMNS
 from vehicle.irregularity import CHANNELS, PARTS
 
 SOURCE = "track data"
+OPEN = "not in the paper"
+
+CURVE = (
+    parameter("curve_turn", 0.0, "1", "standard curve: 1 turns left, -1 right, 0 leaves the track straight", source=SOURCE,
+              min=-1.0, max=1.0),
+    parameter("curve_radius", 50.0, "m", "radius of the standard curve; 10 m keeps the bogie frames within 20 deg", symbol="R",
+              source="sec. 3.3", min=10.0),
+    parameter("curve_start", 20.0, "m", "where the entry transition begins", source=OPEN),
+    parameter("transition_length", 10.0, "m", "length of either transition", source=OPEN, assumed=(5.0, 40.0), min=1.0),
+    parameter("curve_length", 60.0, "m", "length of the steady curve", source=OPEN, assumed=(20.0, 100.0), min=0.0),
+    parameter("curve_cant", 0.0, "m", "cant of the steady curve, of the outer over the inner rail", source=OPEN,
+              assumed=(0.0, 0.15), min=-0.2, max=0.2, display_unit="mm"),
+)  # fmt: skip
 KNOT = {
     "position": ("m", "where the slopes change"),
     "curvature_slope": ("1/m2", "change of the curvature's slope there; a left curve is positive"),
@@ -17,8 +31,8 @@ KNOT = {
 
 
 def track_parameters(capacity: int, harmonics: int) -> tuple[Variable, ...]:
-    """`capacity` knots, the stretch, and `harmonics` harmonics in each of four channels."""
-    knots = tuple(
+    """The standard curve, `capacity` free knots, the stretch, and `harmonics` harmonics in each of four channels."""
+    knots = CURVE + tuple(
         parameter(f"track_{column}[{i}]", 0.0, KNOT[column][0], f"knot {i}: {KNOT[column][1]}", source=SOURCE)
         for column in COLUMNS
         for i in range(capacity)

@@ -1,0 +1,155 @@
+"""Cross-sections of wheel and rail as tables, contact between them in the plane, and the equivalent conicity.
+
+A profile is a table z(y), SI, y across, z up. For the LEFT side: y grows towards the field side (outwards). A wheel's z is
+the height of its surface over that at y = 0, so the rolling radius is r0 - z. The right side is the mirror image.
+
+    ntcirw_wheel        radius r0 + g0 y + g1 y^2 / 2, fillet and flange on the field side
+    conventional_wheel  radius r0 - g0 y, fillet and flange on the gauge side
+    rail_head           crown, corners on both sides
+
+These tables show the sections that vehicle.wheel_rail computes with in closed form; tests hold the two together.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Points of a section: `y` strictly increasing, `z` finite, both in m, shape (n,)."""
+
+    y: np.ndarray
+    z: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Refuse a table that is no section."""
+        if self.y.ndim != 1 or self.y.shape != self.z.shape or self.y.size < 3:
+            raise ValueError(f"a profile must have two equal columns of three points or more, got {self.y.shape}, {self.z.shape}")
+        if not (np.all(np.isfinite(self.y)) and np.all(np.isfinite(self.z))):
+            raise ValueError("a profile must hold finite numbers only")
+        if not np.all(np.diff(self.y) > 0.0):
+            i = int(np.argmin(np.diff(self.y)))
+            raise ValueError(f"the y of a profile must increase, got {self.y[i]:g} before {self.y[i + 1]:g}")
+
+
+def rail_head(crown: float = 0.3, corner: float = 0.013, corner_offset: float = 0.02, points: int = 801) -> Profile:
+    """Rail head: a crown of radius `crown`, circles of radius `corner` around y = +-`corner_offset`, down to 70 deg."""
+    depth = corner_depth(crown, corner, corner_offset)
+    edge = corner_offset * crown / (crown - corner)  # where the circles touch the crown
+    limit = corner_offset + corner * np.sin(np.radians(80.0))
+    y = np.linspace(-limit, limit, points)
+    on_crown = np.sqrt(crown**2 - y**2) - crown
+    on_corner = np.sqrt(np.maximum(corner**2 - (np.abs(y) - corner_offset) ** 2, 0.0)) - depth
+    return Profile(y, np.where(np.abs(y) < edge, on_crown, on_corner))
+
+
+def corner_depth(crown: float, corner: float, corner_offset: float) -> float:
+    """Depth (m) under the crown of the centre of a corner circle that touches the crown from inside."""
+    return float(crown - np.sqrt((crown - corner) ** 2 - corner_offset**2))
+
+
+def ntcirw_wheel(
+    g0: float = 0.049, g1: float = 10.65, clearance: float = 0.0061, flange_angle: float = np.radians(71.8), *,
+    height: float = 0.028, tip: float = 0.012, corner: float = 0.013, corner_offset: float = 0.02, depth: float = 0.0135,
+    margin: float = 0.004, width: float = 0.04, points: int = 4001,
+) -> Profile:  # fmt: skip
+    """Tread r0 + g0 y + g1 y^2 / 2 (straight beyond clearance + margin), fillet of the rail corner's radius, cone, tip, top.
+
+    The flange meets the rail's corner when the wheel has moved inwards by `clearance`; see vehicle.wheel_rail. With a
+    gradient g1 as large as the paper's pattern needs, the tread falls below a common rail head beside the running line: such
+    a wheel asks for a narrow or inclined head, which the model's knife-edge rail stands for.
+    """
+    end = clearance + margin
+
+    def drop(y: np.ndarray) -> np.ndarray:  # radius less r0 of the tread
+        yc = np.clip(y, -end, end)
+        return g0 * y + g1 * (yc * y - yc**2 / 2)
+
+    # the cone, by the rail's corner circle that touches it at the clearance: its centre runs along a parallel to the cone
+    sine, cosine, t = np.sin(flange_angle), np.cos(flange_angle), np.tan(flange_angle)
+    centre, below = clearance + corner_offset, float(drop(np.array(clearance))) + depth
+
+    def fillet_centre(v: float) -> tuple[float, float]:
+        """Centre of the circle that touches the tread at `v` from the rail's side."""
+        slope = g0 + g1 * np.clip(v, -end, end)
+        return v - corner * slope / np.hypot(1, slope), float(drop(np.array(v))) + corner / np.hypot(1, slope)
+
+    def miss(v: float) -> float:
+        y, r = fillet_centre(v)
+        return r - (below + t * (y - centre))
+
+    start = brentq(miss, centre - 0.05, centre + 0.05)
+    y_f, r_f = fillet_centre(start)
+    cone_start = y_f + corner * sine
+    cone_end = centre + (height + corner - (tip + corner) * (1 - cosine) - below) / t + corner * sine
+    summit = cone_end + tip * sine
+    if not cone_start < cone_end:
+        raise ValueError(f"the flange must be high enough for fillet, cone and tip, got {height:g} m")
+    y = np.linspace(-width, summit + 0.01, points)
+    fillet = r_f - np.sqrt(np.maximum(corner**2 - (y - y_f) ** 2, 0.0))
+    cone = below - corner * cosine + t * (y - centre - corner * sine)
+    on_tip = height - tip + np.sqrt(np.maximum(tip**2 - (np.clip(y, cone_end, summit) - summit) ** 2, 0.0))
+    radius = np.select([y >= cone_end, y >= cone_start, y >= start], [on_tip, cone, fillet], drop(y))
+    return Profile(y, -radius)
+
+
+def conventional_wheel(g0: float = 0.025, clearance: float = 0.007, flange_angle: float = np.radians(70.0)) -> Profile:
+    """A cone that narrows outwards with the flange on the gauge side: the NTCIRW section with g1 = 0, mirrored."""
+    mirrored = ntcirw_wheel(g0, 0.0, clearance, flange_angle)
+    return Profile(-mirrored.y[::-1], mirrored.z[::-1])
+
+
+def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, inclination_gap: float = 0.0) -> np.ndarray:
+    """r_left - r_right (m) for a wheelset moved by `y` (m) to the left, shape of y; both sides alike, wheelset unrolled.
+
+    The contact is where the vertical gap is least; `inclination_gap` moves the rail outwards (gauge widening / 2, m).
+    """
+    z_wheel = PchipInterpolator(wheel.y, wheel.z, extrapolate=False)
+
+    def radius_at(shift: float) -> float:
+        """-z of the wheel at its contact when it stands `shift` outwards of its nominal place over the rail."""
+        place = rail.y + inclination_gap - shift
+        inside = (place >= wheel.y[0]) & (place <= wheel.y[-1])
+        if not np.any(inside):
+            raise ValueError(f"wheel and rail profile must overlap, got none at a lateral displacement of {shift:g} m")
+        gap = z_wheel(place[inside]) - rail.z[inside]
+        i = int(np.argmin(gap))
+        at = place[inside]
+        if 0 < i < gap.size - 1:  # vertex of the parabola through the three lowest
+            left, low, right = gap[i - 1 : i + 2]
+            bend = left - 2 * low + right
+            step = 0.5 * (left - right) / bend if bend > 0.0 else 0.0
+            return -float(z_wheel(at[i] + step * (at[1] - at[0])))
+        return -float(z_wheel(at[i]))
+
+    return np.array([radius_at(float(v)) - radius_at(float(-v)) for v in np.atleast_1d(y)])
+
+
+def equivalent_conicity(
+    wheel: Profile, rail: Profile, rolling_radius: float, contact_distance: float, amplitude: float = 3e-3
+) -> float:
+    """Tangent of the equivalent conicity by EN 15302: that of the cone whose kinematic motion has the same wavelength.
+
+    A wheelset follows y'' = -dr(y) / (e r0), dr the rolling radius difference, e the distance of the contact points. Its
+    wavelength over the full `amplitude` (m) is computed by quadrature and gives tan g = (pi / wavelength)^2 2 e r0.
+    Negative where the radius grows the other way (NTCIRW). ValueError where dr changes its sign within the amplitude.
+    """
+    for name, value in (("rolling_radius", rolling_radius), ("contact_distance", contact_distance), ("amplitude", amplitude)):
+        if not value > 0.0:
+            raise ValueError(f"{name} must be positive, got {value:g}")
+    y = np.linspace(0.0, amplitude, 201)
+    difference = rolling_radius_difference(wheel, rail, y)
+    sign = 1.0 if difference[-1] > 0.0 else -1.0
+    if not np.all(sign * difference[1:] > 0.0):
+        raise ValueError("the rolling radius difference must keep its sign within the amplitude for a periodic motion")
+    force = PchipInterpolator(y, sign * difference / (contact_distance * rolling_radius))
+    work = force.antiderivative()
+    nodes, weights = np.polynomial.legendre.leggauss(400)  # y = amplitude sin(u) takes the root at the turning point away
+    u = (nodes + 1) * pi / 4
+    speed = np.sqrt(2 * (work(amplitude) - work(amplitude * np.sin(u))))
+    wavelength = 4 * np.sum(weights * pi / 4 * amplitude * np.cos(u) / speed)
+    return float(sign * (pi / wavelength) ** 2 * 2 * contact_distance * rolling_radius)

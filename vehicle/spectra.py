@@ -1,0 +1,98 @@
+"""Random and tabulated irregularity as harmonics: seeded draws from the ERRI / German spectra, Fourier series of tables.
+
+    S(W) = A Wc^2 / ((W^2 + Wr^2) (W^2 + Wc^2))                                        lateral (A_a), vertical (A_v), m^2 m/rad
+    S(W) = (A_v / b^2) Wc^2 W^2 / ((W^2 + Wr^2) (W^2 + Wc^2) (W^2 + Ws^2))              cross level as an angle, rad^2 m/rad
+
+one-sided, W in rad/m. The wave n K, K = 2 pi / L, stands for the band of width K around it: its amplitude is the root of
+twice the integral of S over the band, its phase random.
+Every channel has its own stream of random numbers. The cross level in metres is the angle times 2 b. The spectra have no
+gauge channel. Source: ERRI B176; figures as in the German low- and high-disturbance spectra.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import pi
+
+import numpy as np
+
+from vehicle.irregularity import CHANNELS
+
+ROUGH = ("lateral", "vertical", "cross_level")  # channels that have a spectrum
+W_C, W_R, W_S = 0.8246, 0.0206, 0.4380  # rad/m
+LEVELS = {"low": (2.119e-7, 4.032e-7), "high": (6.125e-7, 1.08e-6)}  # (A_a, A_v), m rad
+B = 0.75  # m
+
+
+def spectrum(channel: str, level: str, W: np.ndarray) -> np.ndarray:
+    """S of the module's docstring at wave numbers `W` (rad/m), m^2/(rad/m), cross level in metres, shape of W."""
+    if level not in LEVELS:
+        raise ValueError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
+    A_a, A_v = LEVELS[level]
+    shape = W_C**2 / ((W**2 + W_R**2) * (W**2 + W_C**2))
+    if channel == "lateral":
+        return A_a * shape
+    if channel == "vertical":
+        return A_v * shape
+    if channel == "cross_level":
+        return (2 * B) ** 2 * A_v / B**2 * shape * W**2 / (W**2 + W_S**2)
+    raise ValueError(f"channel must be lateral, vertical or cross_level, got {channel!r}")
+
+
+def random_track(
+    level: str,
+    seed: int,
+    harmonics: int,
+    longest: float = 100.0,
+    channels: Sequence[str] = ROUGH,
+) -> dict[str, float]:
+    """Parameters of a random track: waves from `longest` (m) down to longest / `harmonics`, the band it holds."""
+    if harmonics < 1 or not longest > 0.0:
+        raise ValueError(f"harmonics and longest must be positive, got {harmonics} and {longest:g}")
+    K = 2 * pi / longest
+    W = K * np.arange(1, harmonics + 1)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    nodes, weights = nodes / 2, weights / 2  # on a band of width 1
+    streams = dict(zip(CHANNELS, np.random.SeedSequence(seed).spawn(len(CHANNELS)), strict=True))
+    values: dict[str, float] = {"harmonics_length": longest}
+    for channel in channels:
+        bands = K * weights * spectrum(channel, level, W[:, None] + K * nodes)
+        amplitude = np.sqrt(2 * bands.sum(axis=1))
+        phase = np.random.default_rng(streams[channel]).uniform(0.0, 2 * pi, harmonics)
+        values |= _named(channel, amplitude * np.cos(phase), amplitude * np.sin(phase))
+    return values
+
+
+def tabulated_track(
+    position: Sequence[float], tables: Mapping[str, Sequence[float]], harmonics: int, tolerance: float = 0.05
+) -> dict[str, float]:
+    """Parameters of tabulated irregularity: channel -> displacement (m) at `position` (m), repeated for ever.
+
+    The table's length is the period; it must close (last value = first) for the series to converge. ValueError if the
+    positions do not increase, or the harmonics leave more than `tolerance` of a table's rms.
+    """
+    s = np.asarray(position, dtype=float)
+    if s.ndim != 1 or s.size < 3 or not np.all(np.diff(s) > 0.0):
+        raise ValueError("positions of an irregularity table must be at least three and increase")
+    length = s[-1] - s[0]
+    even = s[0] + length * np.arange(8 * harmonics) / (8 * harmonics)
+    values: dict[str, float] = {"harmonics_length": float(length)}
+    for channel, table in tables.items():
+        if channel not in CHANNELS:
+            raise ValueError(f"channel must be one of {', '.join(CHANNELS)}, got {channel!r}")
+        w = np.asarray(table, dtype=float)
+        if w.shape != s.shape or not np.all(np.isfinite(w)):
+            raise ValueError(f"table {channel!r} must hold a finite number for each of {s.size} positions, got shape {w.shape}")
+        w = w - w.mean()
+        c = np.fft.rfft(np.interp(even, s, w))[1 : harmonics + 1] * 2 / even.size
+        c *= np.exp(-2j * pi * np.arange(1, harmonics + 1) * s[0] / length)  # phases count from s = 0
+        waves = np.exp(2j * pi * np.outer(even, np.arange(1, harmonics + 1)) / length)
+        missed = np.std(np.interp(even, s, w) - (waves @ c).real)
+        if missed > tolerance * np.std(w):
+            raise ValueError(
+                f"{harmonics} harmonics miss {missed / np.std(w):.2g} of table {channel!r}, allowed is {tolerance:g}"
+            )
+        values |= _named(channel, c.real, -c.imag)
+    return values
+
+
+def _named(channel: str, cosine: np.ndarray, sine: np.ndarray) -> dict[str, float]:
+    return {f"{channel}_{part}[{n}]": float(v) for part, a in (("cosine", cosine), ("sine", sine)) for n, v in enumerate(a)}
