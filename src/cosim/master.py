@@ -100,9 +100,14 @@ def run(
     stop: float,
     *,
     progress: Progress | None = None,
+    before_step: Callable[[int], None] | None = None,
     began: float | None = None,
 ) -> Run:
-    """As simulate(), on an open network, which stays open; it starts anew. `began`: when its set-up began, perf_counter."""
+    """As simulate(), on an open network, which stays open; it starts anew.
+
+    before_step : called before macro step k = 1, 2, ... with k; what paces a run to a clock waits here.
+    began : when the set-up began (time.perf_counter), for the timing.
+    """
     began = time.perf_counter() if began is None else began
     n = macro_steps(step, stop)
     Y = network.initialize(0.0, stop)
@@ -117,6 +122,8 @@ def run(
     start = shown = time.perf_counter()
     try:
         for k in range(1, n + 1):
+            if before_step is not None:
+                before_step(k)
             h = last if k == n else step
             Y, used = algorithm.advance(network, history, h)
             values[k] = Y

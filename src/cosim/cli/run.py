@@ -90,19 +90,19 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
         from cosim import figures
 
         names = _worth_drawing(run)
-        title = f"{run.system.name}: " + ", ".join(f"{p.name} {p.source.rpartition('/')[2]}" for p in run.system.parts)
+        title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
         figures.save(figures.time_histories(run.trajectory, names, title), plot)
     return [file for file in (output, plot) if file is not None]
 
 
 def _worth_drawing(run: Run) -> list[str]:
-    """Signals that change, at most eight: angles and displacements first, then what crosses the wall, then the rest."""
+    """Signals that change, at most six: angles and displacements first, then what crosses the wall, then the rest."""
     trajectory = run.trajectory
     crossing = {".".join(c.start) for c in run.system.connections}
     moving = [n for n in trajectory.names if trajectory[n].min() < trajectory[n].max()]
     rank = {"m": 0, "rad": 0}
     moving.sort(key=lambda n: rank.get(trajectory.unit(n), 1 if n in crossing else 2))
-    return moving[:8] or list(trajectory.names[:8])
+    return moving[:6] or list(trajectory.names[:6])
 
 
 def _summary(run: Run, in_process: bool) -> list[str | Table]:

@@ -1,0 +1,40 @@
+"""`make bench`: what the master costs, in one run, as ratios, since machines are shared and drift.
+
+Prints, for the wheel pair and its gyro as FMUs at 1 ms: macro steps per second of each algorithm, the share of time inside
+doStep, and the same pair in process.
+"""
+
+import time
+
+from rich.console import Console
+from rich.table import Table
+
+from cosim import GaussSeidel, Jacobi, simulate, system
+from cosim.coupling import Algorithm
+
+STOP = 30.0
+
+
+def main() -> None:
+    """Run and print."""
+    plan = system("wheel-pair")
+    simulate(plan, stop=0.1)  # builds the FMUs
+    table = Table("run", "macro steps/s", "x real time", "in doStep", box=None)
+    for column in table.columns[1:]:
+        column.justify = "right"
+    cases: list[tuple[str, Algorithm, bool]] = [
+        *((f"FMUs, {a.name}, degree {a.degree}", a, False) for a in (Jacobi(0), Jacobi(1), Jacobi(2), GaussSeidel(1))),
+        ("in process, jacobi, degree 1", Jacobi(1), True),
+    ]
+    for name, algorithm, in_process in cases:
+        run = simulate(plan, algorithm=algorithm, step=1e-3, stop=STOP, in_process=in_process)
+        loop, inside = run.timing.loop_s, sum(run.timing.do_step_s.values())
+        table.add_row(name, f"{run.steps / loop:,.0f}", f"{STOP / loop:,.0f}", f"{inside / loop:.0%}")
+    began = time.perf_counter()
+    simulate(plan, step=1e-3, stop=10.0)
+    Console(highlight=False).print(table)
+    print(f"10 000 macro steps of built FMUs, opening and closing included: {time.perf_counter() - began:.2f} s")
+
+
+if __name__ == "__main__":
+    main()

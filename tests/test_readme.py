@@ -1,0 +1,71 @@
+"""The README is run as written: its commands, its Python, its tables."""
+
+import contextlib
+import io
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cosim import catalogue
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, flags=re.DOTALL)
+COMMANDS = [
+    line.partition("#")[0] for kind, text in BLOCKS if kind == "sh" for line in text.splitlines() if line.startswith("cosim")
+]
+VARIANT = next(text for kind, text in BLOCKS if kind == "python" and text.startswith("# my_gyro.py"))
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> None:
+    Path("my_gyro.py").write_text(VARIANT)
+    code, out, err = cosim(*shlex.split(command)[1:])
+    assert code == 0, err
+    assert out
+
+
+def test_the_example_of_a_variant_is_short() -> None:
+    assert len(VARIANT.splitlines()) < 40
+
+
+def test_python_examples_run_as_written() -> None:
+    for kind, text in BLOCKS:
+        if kind == "python" and text != VARIANT:
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                exec(compile(text, "README.md", "exec"), {})
+            assert said.getvalue()
+
+
+def test_the_table_of_signals_is_that_of_the_components() -> None:
+    rows = re.findall(r"^\| (\w+:\w+) \| `(\w+)` \| ([\w, ]+) \| (\S+) \| (.*?) ?\|$", README, flags=re.MULTILINE)
+    for spec in dict.fromkeys(row[0] for row in rows):
+        shown = {row[1:] for row in rows if row[0] == spec}
+        table = {
+            (v.name, v.causality + (", state" if v.is_state else ""), v.unit, v.symbol)
+            for v in catalogue.component(spec).variables
+            if v.causality in ("input", "output")
+        }
+        assert shown == table
+
+
+def test_what_make_run_prints_is_what_the_readme_shows(cosim: Callable[..., Any]) -> None:
+    """The numbers shown, digit for digit but for times."""
+    makefile = (Path(__file__).parent.parent / "Makefile").read_text()
+    command = re.search(r"^\t\S*/cosim (run .*)$", makefile, flags=re.MULTILINE)
+    assert command is not None
+    Path("results").mkdir()
+    _, out, _ = cosim(*shlex.split(command[1]))
+    shown = next(text for kind, text in BLOCKS if kind == "text")
+    for line in shown.splitlines():
+        if line and not line.startswith(("took", "...", "at the end")):
+            assert line.split() in [printed.split() for printed in out.splitlines()]
+
+
+@pytest.mark.parametrize("file", re.findall(r"\]\(((?!http)[^)#]+)\)", README))
+def test_links_lead_somewhere(file: str) -> None:
+    assert (Path(__file__).parent.parent / file).exists()
