@@ -1,4 +1,4 @@
-"""The C code of a component: CasADi's functions (model.c) and the tables that the core reads (model_data.h)."""
+"""The C code of a component: CasADi's functions (FILES) and the tables that the core reads (model_data.h)."""
 
 import hashlib
 import re
@@ -11,6 +11,11 @@ import casadi as ca
 from component.integration import METHODS, easy_fraction
 from fmus.table import Table
 
+FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
+    "model.c": ("step", "rhs", "output", "sample"),
+    "rhs_derivatives.c": ("rhs_forward", "rhs_adjoint"),
+    "output_derivatives.c": ("output_forward", "output_adjoint", "output_second"),
+}
 SMALL_MODEL = 2000  # instructions of rhs and output up to which the outputs' second time derivative is worth its size
 
 
@@ -67,20 +72,28 @@ def output_order(table: Table) -> int:
 
 
 def generate(table: Table, identifier: str) -> dict[str, str]:
-    """The text of model.c and model_data.h; in the latter @TOKEN@ stands for the instantiation token."""
-    generator = ca.CodeGenerator(f"{identifier}.c", {"with_header": True, "with_export": False, "casadi_int": "int"})
-    for name, function in functions(table).items():
-        generator.add(_dense(function, f"{identifier}_{name}"))
-    with tempfile.TemporaryDirectory() as scratch:
-        generator.generate(scratch + "/")
-        model, header = (Path(scratch, f"{identifier}.{suffix}").read_text() for suffix in "ch")
-    if "#error" in model:
-        raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
-    work = {kind: [int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header)] for kind in ("ARG", "RES", "IW", "W")}
-    return {"model.c": model, "model_data.h": _data(table, identifier, {k: max([1, *v]) for k, v in work.items()})}
+    """The text of the generated files; in model_data.h @TOKEN@ stands for the instantiation token."""
+    found = functions(table)
+    work = dict.fromkeys(("ARG", "RES", "IW", "W"), 1)
+    files = {}
+    for file, names in FILES.items():
+        stem = identifier + file.removeprefix("model").removesuffix(".c")  # CasADi prefixes its helpers with it
+        options = {"with_header": True, "with_export": False, "casadi_int": "int"}
+        generator = ca.CodeGenerator(f"{stem}.c", options)
+        for name in (n for n in names if n in found):
+            generator.add(_dense(found[name], f"{identifier}_{name}"))
+        with tempfile.TemporaryDirectory() as scratch:
+            generator.generate(scratch + "/")
+            files[file], header = (Path(scratch, f"{stem}.{suffix}").read_text() for suffix in "ch")
+        if "#error" in files[file]:
+            raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
+        for kind in work:
+            work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
+    derived = [name for file, names in FILES.items() if file != "model.c" for name in names if name in found]
+    return files | {"model_data.h": _data(table, identifier, work, derived)}
 
 
-def _data(table: Table, identifier: str, work: dict[str, int]) -> str:
+def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str]) -> str:
     c = table.component
     states, inputs, parameters = c.states, c.inputs, table.parameters
     order = METHODS[c.method].order
@@ -117,6 +130,8 @@ def _data(table: Table, identifier: str, work: dict[str, int]) -> str:
         f"#define WORK_INTEGERS {work['IW']}",
         f"#define WORK_REALS {work['W']}",
     ]
+    signature = "(const double **, double **, int *, double *, int)"
+    lines += [f"int {identifier}_{name}{signature};" for name in derived]
     if c.sample_period is not None:
         lines.append(f"#define SAMPLE_PERIOD {_number(c.sample_period)}")
     arrays: list[tuple[str, list[float]]] = [

@@ -6,10 +6,11 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-FLAGS = ("-O3", "-std=c99", "-ffp-contract=off", "-shared", "-fvisibility=hidden")  # no fused operations: same bits everywhere
+FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden")  # no fused operations: same bits everywhere
 
 
 class CompilerError(RuntimeError):
@@ -77,23 +78,49 @@ def host_compiler() -> list[str] | None:
     return None
 
 
-def compile_library(folder: Path, source: str, name: str, target: Platform, *, host_allowed: bool) -> bytes:
-    """The shared library `name` from `source` in `folder`, which holds every file it includes.
+def compile_libraries(
+    folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool]
+) -> dict[Platform, bytes]:
+    """The shared library `name` for each platform, from the C files in `folder`, which holds all they include.
 
-    Relative paths only, so that the library does not depend on where it was made.
+    `sources` gives the optimization for each file, e.g. {"fmu.c": "-O3"}; `targets` whether the host's compiler may be used.
+    All jobs run side by side. Paths are relative, so that a library does not depend on where it was made.
     """
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        commands = {target: _command(target, own) for target, own in targets.items()}
+        objects = {
+            (target, source): pool.submit(_object, folder, commands[target], source, level, target)
+            for source, level in sources.items()
+            for target in targets
+        }
+        done = {target: [objects[target, source].result() for source in sources] for target in targets}
+        linked = {target: pool.submit(_link, folder, commands[target], done[target], name, target) for target in targets}
+        return {target: job.result() for target, job in linked.items()}
+
+
+def _command(target: Platform, host_allowed: bool) -> list[str]:
+    """Compiler and the options that both compiling and linking need."""
+    own = host_compiler() if host_allowed else None
+    return own or [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
+
+
+def _object(folder: Path, command: Sequence[str], source: str, level: str, target: Platform) -> str:
+    file = f"{source}-{target.name}.o"
+    position = [] if target.suffix == ".dll" else ["-fPIC"]
+    _run([*command, level, *FLAGS, *position, "-c", "-o", file, source], folder, target.name)
+    return file
+
+
+def _link(folder: Path, command: Sequence[str], objects: Sequence[str], name: str, target: Platform) -> bytes:
     file = f"{name}-{target.name}{target.suffix}"
-    command = host_compiler() if host_allowed else None
-    linux = target.suffix == ".so"
-    options = [*FLAGS, *([] if target.suffix == ".dll" else ["-fPIC"])]
+    options = ["-shared", "-O3"]  # -O3: without it Zig links a debug library
     if target.suffix == ".dylib":
         options += [f"-Wl,-install_name,@rpath/{name}{target.suffix}"]
-    if command is None:
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.target]
-        options += ["-s", "-g0"]
-    elif linux:
-        options += ["-s", "-Wl,--build-id=none"]
-    _run([*command, *options, "-o", file, source, *(["-lm"] if linux else [])], folder, target.name)
+    if "ziglang" in command or target.suffix == ".so":
+        options += ["-s"]
+    if "ziglang" not in command and target.suffix == ".so":
+        options += ["-Wl,--build-id=none"]
+    _run([*command, *options, "-o", file, *objects, *(["-lm"] if target.suffix == ".so" else [])], folder, target.name)
     return (folder / file).read_bytes()
 
 

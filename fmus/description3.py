@@ -73,13 +73,14 @@ def _variable(table: Table, reference: int, row: Row, named: dict[str, str]) -> 
     return ET.Element("Float64", attributes)
 
 
-def build_description(identifier: str, main: str) -> bytes:
+def build_description(identifier: str, sources: list[str]) -> bytes:
     """sources/buildDescription.xml, which FMI 2.0.4 takes over from FMI 3.0."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     options = "-O3 -ffp-contract=off -fvisibility=hidden"
     files = ET.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=options)
-    ET.SubElement(files, "SourceFile", name=main)
+    for source in sources:
+        ET.SubElement(files, "SourceFile", name=source)
     return document(root)
 
 

@@ -9,16 +9,15 @@ import tempfile
 import uuid
 import zipfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from component import Component
 from fmus import code, description, description3, page, picture, reference
-from fmus.compiler import Platform, chosen, compile_library, universal
+from fmus.compiler import Platform, chosen, compile_libraries, universal
 from fmus.table import Table
 
 VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
-MAIN = "fmu.c"
+SOURCES = {"fmu.c": "-O3", "rhs_derivatives.c": "-O1", "output_derivatives.c": "-O1"}  # with the optimization of each
 HEADERS = (
     "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h",
     "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h",
@@ -55,7 +54,7 @@ def write(component: Component, directory: Path, *, fmi: Sequence[str], platform
         members |= _binaries(version, identifier, libraries)
         if sources:
             members |= {f"sources/{name}": content.encode() for name, content in sorted(files.items())}
-            members["sources/buildDescription.xml"] = description3.build_description(identifier, MAIN)
+            members["sources/buildDescription.xml"] = description3.build_description(identifier, list(SOURCES))
         members |= about
         if version == "2":
             members["model.png"] = picture.png(component)
@@ -73,7 +72,7 @@ def _description(version: str, table: Table, identifier: str, token: str, source
     tool = f"gyro-cosim {importlib.metadata.version('gyro-cosim')}"
     if version == "3":
         return description3.fmi3(table, identifier, token, tool, code.output_order(table))
-    return description.fmi2(table, identifier, token, tool, code.output_order(table), [MAIN] if sources else [])
+    return description.fmi2(table, identifier, token, tool, code.output_order(table), list(SOURCES) if sources else [])
 
 
 def _documentation(table: Table, identifier: str, sources: bool) -> dict[str, bytes]:
@@ -109,14 +108,10 @@ def _token(files: dict[str, str], descriptions: dict[str, bytes]) -> str:
 
 def _libraries(files: dict[str, str], name: str, targets: dict[Platform, bool]) -> dict[Platform, bytes]:
     """The compiled library for each platform."""
-    with tempfile.TemporaryDirectory(prefix="fmu-") as scratch, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+    with tempfile.TemporaryDirectory(prefix="fmu-") as scratch:
         for file, content in files.items():
             Path(scratch, file).write_text(content, encoding="utf-8", newline="\n")
-        jobs = {
-            target: pool.submit(compile_library, Path(scratch), MAIN, name, target, host_allowed=own)
-            for target, own in targets.items()
-        }
-        return {target: job.result() for target, job in jobs.items()}
+        return compile_libraries(Path(scratch), SOURCES, name, targets)
 
 
 def _binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -> dict[str, bytes]:

@@ -50,8 +50,9 @@ def html(table: Table, identifier: str, *, sources: bool) -> bytes:
     if sources:
         parts += [
             "<h2>Building it again</h2>",
-            "<p>sources/fmu.c includes every other file, FMI's headers among them: "
-            f"<code>cc -O3 -std=c99 -ffp-contract=off -shared -fPIC -fvisibility=hidden -o {identifier}.so fmu.c -lm</code>. "
+            "<p>In the folder sources, which holds FMI's headers too: "
+            f"<code>cc -O3 -std=c99 -ffp-contract=off -shared -fPIC -fvisibility=hidden "
+            f"-o {identifier}.so fmu.c *_derivatives.c -lm</code>. "
             "sources/buildDescription.xml says the same to tools.</p>",
         ]
     parts.append('<p>Licences: <a href="licenses/license.txt">license.txt</a>.</p>')

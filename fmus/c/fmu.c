@@ -1,4 +1,5 @@
-/* The one file to compile: the generated model, the core over it, and the faces of FMI 2.0 and FMI 3.0. */
+/* The one file of the interface: the generated model, the core over it, and the faces of FMI 2.0 and FMI 3.0. The model's
+   derivatives (*_derivatives.c) are compiled apart. */
 
 #include "model.c"
 #include "core.c"
