@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fmu_opening import built  # noqa: F401 (a fixture)
 
 from cosim.cli import main
 

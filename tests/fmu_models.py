@@ -1,5 +1,8 @@
 """Small components that the exporter's tests need beside the project's own: each has one feature the others lack."""
 
+from collections.abc import Callable
+from pkgutil import resolve_name
+
 import casadi as ca
 import numpy as np
 
@@ -15,7 +18,8 @@ def plain(**changes: object) -> Component:
         "variables": [
             state("phi", "rad", "angle", start=0.5, is_output=True), state("omega", "rad/s", "rate", nominal=2.0),
             input_("u", "rad/s2", "drive"), output("y", "rad", "angle plus drive"),
-            parameter("k", 9.0, "1/s2", "stiffness", source="test", min=0.0, max=1e6), parameter("d", 0.3, "1/s", "damping", source="test"),
+            parameter("k", 9.0, "1/s2", "stiffness", source="test", min=0.0, max=1e6),
+            parameter("d", 0.3, "1/s", "damping", source="test"),
         ],
         "model": lambda s: (
             {"phi": s["omega"], "omega": -s["k"] * ca.sin(s["phi"]) - s["d"] * s["omega"] + s["u"]},
@@ -64,12 +68,20 @@ def gain() -> Component:
     )  # fmt: skip
 
 
-def autonomous() -> Component:
-    """No input and no parameter: growth that overflows after a while."""
+def autonomous(method: str = "rk4", internal_step: float = 1e-2) -> Component:
+    """No input and no parameter: growth without bound at t = 1."""
     return build(
-        name="growth", variant="blowup", description="x' = x^2", equations="x' = x^2", internal_step=1e-2,
+        name="growth", variant=method, description="x' = x^2", equations="x' = x^2", internal_step=internal_step, method=method,
         variables=[state("x", "1", "size", start=1.0, is_output=True)], model=lambda s: ({"x": s["x"] ** 2}, {}),
     )  # fmt: skip
+
+
+COMPONENTS: dict[str, Callable[[], Component]] = {
+    "gyro_unit:nonlinear": resolve_name("gyro_unit.nonlinear:nonlinear"),
+    "vehicle:wheel_pair": resolve_name("vehicle.wheel_pair:wheel_pair"),
+    "plain": plain, "rosenbrock": lambda: stiff("rosenbrock"), "radau": lambda: stiff("radau"),
+    "sampled": sampled, "gain": gain, "autonomous": autonomous, "implicit growth": lambda: autonomous("radau", 1e-3),
+}  # fmt: skip
 
 
 def in_process(

@@ -1,14 +1,19 @@
 """FMUs opened with FMPy, for the exporter's tests."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
+import pytest
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmu_models import COMPONENTS
+
+import fmus
+from component import Component
 
 
 class Open:
@@ -76,3 +81,19 @@ def opened(path: Path, folder: Path, kind: str = "cs") -> Iterator[Any]:
         yield it
     finally:
         it.close()
+
+
+@pytest.fixture(scope="session")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], tuple[Component, Path, Path]]:
+    """(component, FMU, folder to unpack it in) by name and FMI version; each is exported once."""
+    made: dict[str, tuple[Component, list[Path]]] = {}
+
+    def build(name: str, version: str = "2") -> tuple[Component, Path, Path]:
+        if name not in made:
+            component = COMPONENTS[name]()
+            made[name] = component, fmus.export(component, tmp_path_factory.mktemp("fmu"), fmi=("2", "3"))
+        component, paths = made[name]
+        path = paths["23".index(version)]
+        return component, path, path.parent / f"unpacked{version}"
+
+    return build

@@ -3,41 +3,16 @@
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from pkgutil import resolve_name
 
 import fmpy
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from fmu_models import autonomous, gain, in_process, plain, random_steps, sampled, stiff
+from fmu_models import COMPONENTS, in_process, random_steps
 from fmu_opening import opened
 
 import fmus
-from component import Component
 from cosim import catalogue
-
-COMPONENTS: dict[str, Callable[[], Component]] = {
-    "gyro_unit:nonlinear": resolve_name("gyro_unit.nonlinear:nonlinear"),
-    "vehicle:wheel_pair": resolve_name("vehicle.wheel_pair:wheel_pair"),
-    "plain": plain, "rosenbrock": lambda: stiff("rosenbrock"), "radau": lambda: stiff("radau"),
-    "sampled": sampled, "gain": gain, "autonomous": autonomous,
-}  # fmt: skip
-
-
-@pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], tuple[Component, Path, Path]]:
-    """(component, FMU, folder to unpack it in) by name and FMI version; each is exported once."""
-    made: dict[str, tuple[Component, list[Path]]] = {}
-
-    def build(name: str, version: str = "2") -> tuple[Component, Path, Path]:
-        if name not in made:
-            component = COMPONENTS[name]()
-            made[name] = component, fmus.export(component, tmp_path_factory.mktemp("fmu"), fmi=("2", "3"))
-        component, paths = made[name]
-        path = paths["23".index(version)]
-        return component, path, path.parent / f"unpacked{version}"
-
-    return build
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
@@ -81,7 +56,8 @@ def test_reference_results_inside_are_what_an_importer_gets(built: Callable, nam
     with zipfile.ZipFile(path) as archive:
         prefix = f"documentation/reference/{c.name}_{c.variant}"
         u, y = (
-            np.genfromtxt(archive.open(f"{prefix}_{suffix}.csv"), delimiter=",", skip_header=1, ndmin=2) for suffix in ("in", "ref")
+            np.genfromtxt(archive.open(f"{prefix}_{suffix}.csv"), delimiter=",", skip_header=1, ndmin=2)
+            for suffix in ("in", "ref")
         )
     with opened(path, folder) as it:
         it.initialize()

@@ -122,7 +122,7 @@ static Outcome sample_at(Instance *m, double t, double tau) {
     memcpy(m->s.x, m->x_one, N_X * sizeof(double));
     m->s.samples++;
     forget(m);
-    tell(m, OK, LOG_EVENTS, "sample %lld at %.17g s", (long long)(m->s.samples - 1), t + tau);
+    tell(m, OK, LOG_EVENTS, "sample %lld at %.9g s", (long long)(m->s.samples - 1), t + tau);
     return DONE;
 }
 #endif
@@ -185,7 +185,7 @@ static int update_discrete_states(Instance *m) {
         call(m, MODEL(sample), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->x_one});
         memcpy(m->s.x, m->x_one, N_X * sizeof(double));
         forget(m);
-        tell(m, OK, LOG_EVENTS, "sample %lld at %.17g s", (long long)(m->s.samples - 1), m->s.time);
+        tell(m, OK, LOG_EVENTS, "sample %lld at %.9g s", (long long)(m->s.samples - 1), m->s.time);
         return memcmp(m->x_half, m->s.x, N_X * sizeof(double)) != 0;
     }
 #endif
