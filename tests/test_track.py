@@ -129,7 +129,7 @@ def test_equivalent_conicity_of_a_cubic_radius_difference_is_exact() -> None:
 
 
 def test_ntcirw_has_the_negative_of_its_conicity() -> None:
-    """r_left - r_right = -(2 g0 y) on a knife edge, whatever g1: the quadratic part is even. The edge's flanks of 1 : 0.1 cost 0.1 %."""
+    """r_left - r_right = -2 g0 y on a knife edge whatever g1, whose part is even. The edge's flanks of 10 : 1 cost 0.1 %."""
     assert equivalent_conicity(ntcirw_wheel(0.05, 1.0), KNIFE, 0.3, 1.495) == pytest.approx(-0.05, rel=2e-3)
     y = np.array([1e-3, 3e-3])
     assert rolling_radius_difference(ntcirw_wheel(0.049, 10.65), KNIFE, y) == pytest.approx(-2 * 0.049 * y, rel=2e-3)

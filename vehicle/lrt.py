@@ -106,12 +106,12 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> tuple[dict[str, Any], dict
         under = track.at(frame.s)
         springs = support(body, frame, *track.between(body.s, under_body, frame.s, under), half if end == "front" else -half,
                           angles[i], bogie_rates[i], (h_body, rest.axle_height), s)  # fmt: skip
-        wheels = wheel_frame.rolling(frame, under, unevenness(frame.s, s, design.harmonics), s, design.law, design.flange_side,
-                                     design.grid)  # fmt: skip
+        frame_turn = under.turn_rate()
+        rough = unevenness(frame.s, s, design.harmonics)
+        wheels = wheel_frame.rolling(frame, frame_turn, rough, s, design.law, design.flange_side, design.grid)
         gyro = column(*(s[f"{end}_{axis}_moment"] for axis in ("roll", "pitch", "yaw")))
         weight = -m_frame * g * under.up()
         F = wheels.force + springs.frame_force + weight + column(thrust, 0, 0)
-        frame_turn = under.turn_rate()
         places = wheel_frame.place_rates(frame, frame_turn)
         v_dot, omega_dot, W_dot = wheel_frame.accelerations(
             frame, frame_turn, places[0], m_frame, J, s["wheel_spin_inertia"], F, wheels.moment + springs.frame_moment + gyro,
@@ -121,7 +121,7 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> tuple[dict[str, Any], dict
         derivatives |= _rate_rows(end, v_dot, omega_dot)
         derivatives |= {f"{end}_{side}_spin_deviation": rate for side, rate in zip(spins, W_dot, strict=True)}
         derivatives[f"{end}_bogie_angle"] = bogie_rates[i] - body.omega[2]
-        force, moment = force + springs.body_force, moment + springs.body_moment
+        force, moment = force + body.attitude() @ springs.body_force, moment + springs.body_moment
         pivot_moments.append(springs.pivot_moment)
 
         speed = ca.fmax(frame.v[0], SLOWEST)

@@ -20,9 +20,8 @@ from typing import Any
 
 import casadi as ca
 
-from vehicle.alignment import TrackPoint
 from vehicle.irregularity import Unevenness
-from vehicle.rotation import angle_rates, attitude, column, cross
+from vehicle.rotation import angle_rates, attitude, column, cross, dot
 from vehicle.wheel_rail import SLOWEST, Touch, Wheel, wheel_on_rail
 
 SIDES = {"left": 1, "right": -1}
@@ -56,13 +55,18 @@ def place_rates(at: FrameState, turn: ca.SX) -> tuple[Any, ...]:
     return s_dot, y_dot, z_dot, *angle_rates(at.phi, at.theta, relative)
 
 
-def rails(at: FrameState, point: TrackPoint, rough: Unevenness, half_distance: Any, x: Any, side: int) -> tuple[ca.SX, ca.SX]:
-    """A point of the rail `side` near the station s + x, and its unit tangent, in the track axes at s."""
+def rail_line(turn: ca.SX, rough: Unevenness, side: int, y: Any, z: Any, x: Any) -> tuple[ca.SX, ca.SX]:
+    """A point of the line (y, z) of the rail `side` near `x` metres ahead, and its unit tangent, in the track frame's axes.
+
+    The line at s + u stands at X + u e_x + R (0, y, z); to second order in u: (0, y, z) + T u + (0, Omega_z, -Omega_y) u^2 / 2
+    with T = e_x + Omega x (0, y, z) and the unevenness on top.
+    """
     lateral, vertical, lateral_slope, vertical_slope = rough.rail(side)
-    k, y = point.curvature, side * half_distance
-    place = column(x, y + lateral + (k * x / 2 + lateral_slope) * x, vertical + (point.cant_slope * y + vertical_slope) * x)
-    t = column(1, k * x + lateral_slope, point.cant_slope * y + vertical_slope)
-    return place, t / ca.sqrt(1 + t[1] ** 2 + t[2] ** 2)
+    T = column(1 + turn[1] * z - turn[2] * y, lateral_slope - turn[0] * z, vertical_slope + turn[0] * y)
+    bend = column(0, turn[2], -turn[1])
+    u = x / T[0]
+    t = T + u * bend
+    return column(0, y + lateral, z + vertical) + u * (T + u / 2 * bend), t / ca.sqrt(dot(t, t))
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,7 @@ class Rolling:
 
 
 def rolling(
-    at: FrameState, point: TrackPoint, rough: Unevenness, s: Mapping[str, ca.SX], law: str, flange_side: int, grid: int
+    at: FrameState, turn: ca.SX, rough: Unevenness, s: Mapping[str, ca.SX], law: str, flange_side: int, grid: int
 ) -> Rolling:
     """Contact forces on both wheels; `flange_side` is 1 where the flanges lie outside the rails, -1 inside."""
     R, b = at.attitude(), s["contact_half_distance"]
@@ -89,8 +93,11 @@ def rolling(
         towards_flange = flange_side * side
         centre = origin + side * b * e_y
         wheel = Wheel(centre, towards_flange * e_y, origin, at.v, spin_free + W * e_y, speed)
-        rail, t = rails(at, point, rough, b, -side * b * ca.sin(at.psi), side)
-        pair = wheel_on_rail(wheel, rail, t, s, law, towards_flange, grid)
+        ahead = -side * b * ca.sin(at.psi)  # of the wheel's centre; the flange touches further on
+        on_flange = ahead - towards_flange * s["rolling_radius"] * ca.tan(s["flange_angle"]) * ca.sin(at.psi)
+        running = rail_line(turn, rough, side, side * b, 0, ahead)
+        corner = rail_line(turn, rough, side, side * b + towards_flange * s["corner_offset"], -s["corner_depth"], on_flange)
+        pair = wheel_on_rail(wheel, running, corner, s, law, grid)
         touches[name] = pair
         here = pair[0].moment + pair[1].moment
         axle_moments.append(here[0] * e_y[0] + here[1] * e_y[1] + here[2] * e_y[2])

@@ -179,16 +179,15 @@ def flange_press(s: Mapping[str, ca.SX]) -> Callable[[Any, Any], tuple[Any, Patc
 
 
 def wheel_on_rail(
-    wheel: Wheel, rail: ca.SX, t: ca.SX, s: Mapping[str, ca.SX], law: str, side: int, grid: int
+    wheel: Wheel, running: tuple[ca.SX, ca.SX], corner: tuple[ca.SX, ca.SX], s: Mapping[str, ca.SX], law: str, grid: int
 ) -> tuple[Touch, Touch]:
-    """Tread and flange contact of a wheel whose flange lies towards y * `side`, on a rail through `rail` along `t`.
+    """Tread and flange contact; `running` and `corner`: a point and the unit tangent of the running line and of the line of
+    the corner's centre, each near its contact.
 
     `law` acts on the tread. The flange has Polach's law under every name but "kalker": a flange that presses slides, and
     FASTSIM there would cost as much as on the tread.
     """
-    tread = _forces(wheel, t, touch(wheel, rail, t, 0, tread_profile(s), newton=1), tread_press(s, grid), LAWS[law])
-    corner = rail + ca.vertcat(0, side * s["corner_offset"], -s["corner_depth"])
+    tread = _forces(wheel, running[1], touch(wheel, *running, 0, tread_profile(s), newton=1), tread_press(s, grid), LAWS[law])
     profile, _ = flange_profile(s)
-    on_flange = LAWS[law] if law in ("kalker", "linear") else polach
-    flange = _forces(wheel, t, touch(wheel, corner, t, s["corner_radius"], profile, newton=3), flange_press(s), on_flange)
-    return tread, flange
+    found = touch(wheel, *corner, s["corner_radius"], profile, newton=3)
+    return tread, _forces(wheel, corner[1], found, flange_press(s), LAWS[law] if law in ("kalker", "linear") else polach)
