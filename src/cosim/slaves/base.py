@@ -1,18 +1,26 @@
 """The interface between the master and a component."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
+from component.units import Unit
 from cosim.catalogue import unknown
+
+Type = Literal["real", "integer", "boolean", "enumeration", "string", "binary"]
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A variable as the master sees it: numbers in `unit` (empty where the component states none)."""
+    """A variable as the master sees it: numbers in `unit` (empty where the component states none).
+
+    smooth : may be extrapolated; where False (integers, booleans, enumerations, discrete reals) it is always held.
+    type : integers, booleans and enumerations are carried as numbers, exact in float64.
+    definition : what `unit` means where the component says so itself; else component.units knows it, or nobody does.
+    """
 
     name: str
     kind: Literal["input", "output", "parameter", "state"]
@@ -21,6 +29,9 @@ class Signal:
     min: float | None = None
     max: float | None = None
     meaning: str = ""
+    smooth: bool = True
+    type: Type = "real"
+    definition: Unit | None = None
 
     def value(self, given: str | float) -> float:
         """`given`, a number or text with an optional unit, in the signal's unit and checked against its bounds."""
@@ -36,6 +47,32 @@ class Signal:
         return number
 
 
+@dataclass(frozen=True, eq=False)
+class RawFmi2:
+    """What C code needs to drive an instance of an FMI 2.0 FMU: addresses as integers, value references as arrays.
+
+    instance : the fmi2Component; valid until the slave starts anew or closes.
+    set_real, get_real, do_step : fmi2SetReal, fmi2GetReal, fmi2DoStep.
+    set_derivatives : fmi2SetRealInputDerivatives, or 0 where the FMU follows constant inputs only.
+    u_refs, y_refs : uint32, shapes (n_u,) and (n_y,), of the inputs and outputs in the order of U and y.
+    du_refs, du_orders : uint32 and int32, shape (2 n_u,): of U[1], then of U[2]; the first n_u are those of U[1] alone.
+    no_set_state : what to pass as noSetFMUStatePriorToCurrentPoint.
+    check : check(status, name of the call, t, h) raises the slave's SlaveError, with its log, for a status above 1.
+    """
+
+    instance: int
+    set_real: int
+    get_real: int
+    do_step: int
+    set_derivatives: int
+    u_refs: np.ndarray
+    y_refs: np.ndarray
+    du_refs: np.ndarray
+    du_orders: np.ndarray
+    no_set_state: int
+    check: Callable[[int, str, float, float], None]
+
+
 class Slave(ABC):
     """A component between communication points; a step may be repeated after restore().
 
@@ -45,6 +82,8 @@ class Slave(ABC):
     feedthrough : boolean (n_y, n_u), which output depends directly on which input.
     input_degree : highest degree of an input polynomial that step() follows.
     can_restore : whether save() and restore() work.
+    can_serialize : whether serialize() and deserialize() work.
+    raw : from initialize() on, how C code can step it, where it is an FMI 2.0 FMU of this process with real signals only.
     """
 
     name: str
@@ -54,6 +93,8 @@ class Slave(ABC):
     feedthrough: np.ndarray
     input_degree: int
     can_restore: bool
+    can_serialize: bool
+    raw: RawFmi2 | None = None
 
     @abstractmethod
     def initialize(self, values: Mapping[str, float], t: float, stop: float) -> None:
@@ -78,6 +119,21 @@ class Slave(ABC):
     @abstractmethod
     def discard(self, snapshot: Any) -> None:
         """Free what save() returned."""
+
+    @abstractmethod
+    def serialize(self) -> bytes:
+        """The present state for another process; ValueError names the component if it cannot."""
+
+    @abstractmethod
+    def deserialize(self, data: bytes) -> None:
+        """Go to a state that serialize() gave for the same component; initialize() with the same values comes first."""
+
+    @abstractmethod
+    def jacobian(self) -> np.ndarray | None:
+        """dy/du at the present state and inputs of the last output(), shape (n_y, n_u); None where the slave offers none.
+
+        Zero for signals that are not smooth.
+        """
 
     @abstractmethod
     def close(self) -> None:

@@ -20,7 +20,7 @@ from fmpy.fmi2 import (
 )
 
 from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave
+from cosim.slaves.base import RawFmi2, Signal, Slave
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
@@ -69,6 +69,8 @@ class Fmi2Slave(Slave):
     def _describe(self, description: Any) -> None:
         cosimulation = description.coSimulation
         self.can_restore = bool(cosimulation.canGetAndSetFMUstate)
+        self.can_serialize = self.can_restore and bool(cosimulation.canSerializeFMUstate)
+        self._differentiable = bool(cosimulation.providesDirectionalDerivative)
         derivatives = bool(cosimulation.canInterpolateInputs)
         self.input_degree = 2 if derivatives else 0
         self._reference = {v.name: v.valueReference for v in description.modelVariables}
@@ -130,6 +132,7 @@ class Fmi2Slave(Slave):
         self._guard(t, "fmi2ExitInitializationMode", self._fmu.exitInitializationMode)
         self._running, self._orders = True, 0
         self._instance = self._fmu.component
+        self.raw = self._raw()
         if self.inputs:
             self._check(self._get_real(self._instance, self._u_refs, self._u.size, self._u_pointer), "fmi2GetReal", t, 0.0)
 
@@ -177,6 +180,48 @@ class Fmi2Slave(Slave):
     def discard(self, snapshot: Any) -> None:
         self._fmu.freeFMUstate(snapshot)
 
+    def serialize(self) -> bytes:
+        if not self.can_serialize:
+            raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {str(self._file)!r} cannot")
+        state = self._fmu.getFMUstate()
+        try:
+            return bytes([self._orders]) + bytes(self._fmu.serializeFMUstate(state))
+        finally:
+            self._fmu.freeFMUstate(state)
+
+    def deserialize(self, data: bytes) -> None:
+        if not self.can_serialize:
+            raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {str(self._file)!r} cannot")
+        state = self._fmu.deSerializeFMUstate(data[1:])
+        try:
+            self._fmu.setFMUstate(state)
+            self._orders = data[0]
+        finally:
+            self._fmu.freeFMUstate(state)
+
+    def jacobian(self) -> np.ndarray | None:
+        if not self._differentiable:
+            return None
+        found = np.zeros((len(self.outputs), len(self.inputs)))
+        for j in np.flatnonzero(self.feedthrough.any(axis=0)).tolist():
+            found[:, j] = self._fmu.getDirectionalDerivative(list(self._y_refs), [self._u_refs[j]], [1.0])
+        return found
+
+    def _raw(self) -> RawFmi2:
+        def address(function: Any) -> int:
+            return ctypes.cast(function, ctypes.c_void_p).value or 0
+
+        def array(references: Any, kind: Any) -> np.ndarray:
+            return np.array(references, dtype=kind)
+
+        instance = self._instance if isinstance(self._instance, int) else self._instance.value
+        return RawFmi2(
+            instance, address(self._set_real), address(self._get_real), address(self._do_step),
+            address(self._set_derivatives) if self.input_degree else 0,
+            array(self._u_refs, np.uint32), array(self._y_refs, np.uint32),
+            array(self._du_refs, np.uint32), array(self._du_orders, np.int32), 1 - self.can_restore, self._check,
+        )  # fmt: skip
+
     def close(self) -> None:
         self._free_instance()
         if self._folder.is_dir():
@@ -193,7 +238,7 @@ class Fmi2Slave(Slave):
             except Exception as error:  # a failed FMU may refuse; the run's own error is the one to report
                 self._log.append(str(error))
         self._fmu.fmi2FreeInstance(self._fmu.component)  # FMPy's freeInstance would unload the library too
-        self._fmu.component = None
+        self._fmu.component = self.raw = None
 
     def _check(self, status: int, call: str, t: float, h: float) -> None:
         if status > 1:

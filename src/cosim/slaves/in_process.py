@@ -1,8 +1,11 @@
 """A component in this process: the same CasADi functions that become the FMU's C code, evaluated here."""
 
+import struct
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from component import Component, Variable
@@ -15,7 +18,7 @@ from cosim.slaves.base import Signal, Slave
 class ComponentSlave(Slave):
     """Runs a Component as component.integration.macro_step defines it, on arrays that are bound once."""
 
-    can_restore = True
+    can_restore = can_serialize = True
     input_degree = INPUT_DEGREE
 
     def __init__(self, name: str, component: Component) -> None:
@@ -88,6 +91,26 @@ class ComponentSlave(Slave):
 
     def discard(self, snapshot: Any) -> None:
         pass
+
+    def serialize(self) -> bytes:
+        numbers = np.concatenate([self._x, self._u, [self._progress.step]])
+        return struct.pack("<q", self._progress.samples) + numbers.astype("<f8").tobytes()
+
+    def deserialize(self, data: bytes) -> None:
+        if len(data) != 8 * (2 + self._x.size + self._u.size):
+            raise ValueError(f"{self.name}: {len(data)} bytes are no state of {self._component.spec!r}")
+        numbers = np.frombuffer(data, "<f8", offset=8)
+        self._x[:], self._u[:] = numbers[: self._x.size], numbers[self._x.size : -1]
+        self._progress = Progress(struct.unpack_from("<q", data)[0], float(numbers[-1]))
+
+    def jacobian(self) -> np.ndarray | None:
+        return np.array(self._dy_du(self._x, self._u, self._p))
+
+    @cached_property
+    def _dy_du(self) -> ca.Function:
+        """dy/du as a function of (x, u, p), shape (n_y, n_u)."""
+        symbols = [ca.MX.sym(name, size) for name, size in zip("xup", (self._x.size, self._u.size, self._p.size), strict=True)]
+        return ca.Function("dy_du", symbols, [ca.densify(ca.jacobian(self._component.output(*symbols), symbols[1]))])
 
     def close(self) -> None:
         pass
