@@ -7,4 +7,11 @@ The first is the default.
 VARIANTS = {
     "wheel_pair": "vehicle.wheel_pair:wheel_pair",
     "lrt": "vehicle.lrt:lrt",
+    "lrt_set_b": "vehicle.variants:lrt_set_b",
+    "lrt_shen_hedrick_elkins": "vehicle.variants:lrt_shen_hedrick_elkins",
+    "lrt_fastsim": "vehicle.variants:lrt_fastsim",
+    "lrt_kalker": "vehicle.variants:lrt_kalker",
+    "lrt_rough": "vehicle.variants:lrt_rough",
+    "lrt_solid_axle": "vehicle.variants:lrt_solid_axle",
+    "wheelset": "vehicle.wheelset:wheelset",
 }

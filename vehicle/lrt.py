@@ -10,13 +10,13 @@ outer and inner gimbal ride on the wheel frames, all but the inner gimbal's pitc
 The drive pushes each wheel frame at the axle: F = drag of straight track + gain (v - v_x of the body) / 2 each.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
-from component import Bond, Component, build
+from component import Bond, Component, Variable, build
 from vehicle import car_body, wheel_frame
 from vehicle.alignment import CAPACITY, Alignment
 from vehicle.creep_laws import creep_law
@@ -28,7 +28,10 @@ from vehicle.suspension import support
 from vehicle.track_parameters import track_parameters
 from vehicle.trim import trim
 from vehicle.wheel_frame import SIDES, FrameState
-from vehicle.wheel_rail import SLOWEST, Touch, flange_profile
+from vehicle.wheel_rail import SLOWEST
+from vehicle.wheel_report import report
+
+INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M        each body in its track frame
@@ -128,9 +131,9 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> tuple[dict[str, Any], dict
         for (side, sign), W_side in zip(SIDES.items(), W, strict=True):
             tread, flange = wheels.touches[side]
             towards = design.flange_side * sign
-            rows, climb = report(tread, flange, towards, frame.v[0], s)
+            rows = report(tread, flange, towards, s)
             out |= {f"{end}_{side}_{name}": value for name, value in rows.items()} | {f"{end}_{side}_spin": W_side}
-            climbs.append(climb)
+            climbs.append(rows["climb"])
             out |= {f"{end}_{side}_{kind}": (c.gap, c.approach_rate) for kind, c in (("tread", tread), ("flange", flange))}
             out["creep_heat"] += (tread.heat + flange.heat) * speed
             out["press_power"] += sum(c.normal_load * c.approach_rate for c in (tread, flange))
@@ -168,39 +171,25 @@ def _rate_rows(prefix: str, v_dot: ca.SX, omega_dot: ca.SX) -> dict[str, Any]:
     return {f"{prefix}_{name}": value for name, value in zip(names, values, strict=True)}
 
 
-def report(tread: Touch, flange: Touch, towards: int, speed: Any, s: Mapping[str, ca.SX]) -> tuple[dict[str, Any], Any]:
-    """The outputs of one wheel, and its climb; `towards` is the side its flange lies on."""
-    Q = tread.force[2] + flange.force[2]
-    Y = towards * (tread.force[1] + flange.force[1])
-    _, summit = flange_profile(s)
-    start = s["flange_clearance"] + s["corner_offset"]
-    climb = (flange.depth - start) / (summit - start)
-    xi, eta, phi = tread.creepages
-    return {
-        "vertical_force": Q,
-        "lateral_force": Y,
-        "derailment_coefficient": Y / ca.fmax(Q, 100.0),  # an unloaded wheel has no ratio: 100 N at least
-        "longitudinal_creepage": xi,
-        "lateral_creepage": eta,
-        "spin_creepage": phi,
-        "contact_angle": ca.atan(ca.if_else(flange.normal_load > tread.normal_load, flange.slope, tread.slope)),
-        "flange_force": flange.normal_load,
-        "wear_number": tread.heat + flange.heat,
-        "wheel_lift": ca.fmax(tread.gap, 0.0),
-        "climb": climb,
-    }, climb
+def with_starts(spec: str, table: Sequence[Variable], starts: Mapping[str, float]) -> tuple[Variable, ...]:
+    """The table with other start values; a value set outside its assumed range on purpose loses that range."""
+    unknown = sorted(set(starts) - {v.name for v in table})
+    if unknown:
+        raise ValueError(f"{spec!r} has no variable {unknown[0]!r}")
+
+    def changed(v: Variable) -> Variable:
+        start = v.check(starts[v.name])
+        inside = v.assumed is not None and v.assumed[0] <= start <= v.assumed[1]
+        return replace(v, start=start, assumed=v.assumed if inside else None)
+
+    return tuple(changed(v) if v.name in starts else v for v in table)
 
 
 def vehicle(variant: str, description: str, design: Design, starts: Mapping[str, float], internal_step: float) -> Component:
     """A component of this vehicle; `starts` replaces start values of parameters or states."""
     creep_law(design.law)
-    table = (
-        *lrt_signals(design.solid_axles), *lrt_parameters(), *track_parameters(design.knots, design.harmonics),
-    )  # fmt: skip
-    unknown = sorted(set(starts) - {v.name for v in table})
-    if unknown:
-        raise ValueError(f"'vehicle:{variant}' has no variable {unknown[0]!r}")
-    rows = tuple(replace(v, start=v.check(starts[v.name]), assumed=_within(v, starts)) if v.name in starts else v for v in table)
+    table = (*lrt_signals(design.solid_axles), *lrt_parameters(), *track_parameters(design.knots, design.harmonics))
+    rows = with_starts(f"vehicle:{variant}", table, starts)
     reported = {v.name for v in rows if v.causality == "output" and not v.is_state}
 
     def model(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -216,14 +205,7 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
                  internal_step=internal_step, bonds=bonds)  # fmt: skip
 
 
-def _within(v: Any, starts: Mapping[str, float]) -> tuple[float, float] | None:
-    """The assumed range, unless the new start lies outside it on purpose."""
-    inside = v.assumed is not None and v.assumed[0] <= starts[v.name] <= v.assumed[1]
-    return v.assumed if inside else None
-
-
 def lrt(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:
     """The vehicle with independently rotating wheels of negative tread conicity; `design` holds fields of `Design`."""
-    return vehicle(
-        "lrt", "Light-rail vehicle with independently rotating wheels (NTCIRW)", Design(**design), parameters or {}, 5e-4
-    )
+    what = "Light-rail vehicle with independently rotating wheels of negative tread conicity"
+    return vehicle("lrt", what, Design(**design), parameters or {}, INTERNAL_STEP)

@@ -4,6 +4,7 @@ Every state is zero at rest at the set speed on straight level track, so that th
 """
 
 from component import Variable, input_, output, state
+from vehicle.wheel_report import REPORT
 
 ENDS = ("front", "rear")
 WHEELS = tuple(f"{end}_{side}" for end in ENDS for side in ("left", "right"))
@@ -23,19 +24,6 @@ MOTION = (
     ("roll_rate", "rad/s", "absolute roll rate about its own axis", "phi'", 0.1),
     ("pitch_rate", "rad/s", "absolute pitch rate about its own axis", "theta'", 0.1),
     ("yaw_rate", "rad/s", "absolute yaw rate about its own axis", "psi'", 0.1),
-)
-REPORT = (
-    ("vertical_force", "N", "vertical force of the wheel on the rail", "Q", 1e4),
-    ("lateral_force", "N", "lateral force on the rail, positive as the flange presses", "Y", 1e4),
-    ("derailment_coefficient", "1", "lateral over vertical force", "Y/Q", 1.0),
-    ("longitudinal_creepage", "1", "longitudinal creepage of the tread", "xi", 1e-3),
-    ("lateral_creepage", "1", "lateral creepage of the tread", "eta", 1e-3),
-    ("spin_creepage", "rad/m", "spin creepage of the tread", "phi", 0.1),
-    ("contact_angle", "rad", "contact angle of tread or flange, whichever carries more", "delta", 0.1),
-    ("flange_force", "N", "normal force of the flange", "N_f", 1e4),
-    ("wear_number", "N", "creep power over speed, tread and flange", "T gamma", 100.0),
-    ("wheel_lift", "m", "gap between tread and rail, 0 in contact", "", 1e-3),
-    ("climb", "1", "way of the flange over the rail: 0 at first touch, 1 on the top of the tip", "", 1.0),
 )
 
 

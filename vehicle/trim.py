@@ -6,8 +6,9 @@ xi (unknown), 0 and (v - xi v) s / (H v) = (1 - xi) s / H, which the conical tre
 
     N(delta) c - F2 s = P,       -H F1 + Mz s = 0
 
-are solved for delta and xi by four Newton steps, unrolled: a formula in the parameters, exact to rounding, so that a
+are solved for delta and xi by Newton steps, unrolled: a formula in the parameters, exact to rounding, so that a
 vehicle whose states all start at zero starts at rest whatever the parameters are. F1 is the drag of one wheel.
+FASTSIM's steps take their matrix from Polach's law, which is near it and far cheaper to differentiate, and are one more.
 """
 
 from collections.abc import Mapping
@@ -20,6 +21,7 @@ from vehicle.creep_laws import LAWS
 from vehicle.wheel_rail import hertz_stiffness, tread_press
 
 STEPS = 4
+MATRIX_FROM = {"fastsim": "polach"}
 
 
 @dataclass(frozen=True)
@@ -39,22 +41,24 @@ def trim(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
     sine = slope * cosine
     press = tread_press(s, grid)
 
-    def forces(delta: Any, xi: Any) -> tuple[Any, Any, Any, Any, Any]:
-        N, patch = press(delta, 0)
-        H = s["rolling_radius"] - delta / cosine
-        return N, *LAWS[law](xi, ca.SX(0), (1 - xi) * sine / H, patch), H
-
     z = ca.SX.sym("z", 2)
     guess = (wheel_load / cosine / hertz_stiffness(s)[0]) ** (2 / 3)
-    delta, xi = guess * z[0], 1e-3 * z[1]  # both unknowns of order one
-    N, F1, F2, Mz, H = forces(delta, xi)
-    residual = ca.vertcat((N * cosine - F2 * sine) / wheel_load - 1, (Mz * sine - H * F1) / (wheel_load * H))
-    J = ca.jacobian(residual, z)
-    determinant = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
-    step = ca.vertcat(J[1, 1] * residual[0] - J[0, 1] * residual[1], J[0, 0] * residual[1] - J[1, 0] * residual[0]) / determinant
+
+    def forces(at: ca.SX, by: str) -> tuple[Any, Any, Any, Any, Any, Any]:
+        delta, xi = guess * at[0], 1e-3 * at[1]  # both unknowns of order one
+        N, patch = press(delta, 0)
+        H = s["rolling_radius"] - delta / cosine
+        return N, *LAWS[by](xi, ca.SX(0), (1 - xi) * sine / H, patch), H, xi
+
+    def residual(at: ca.SX, by: str) -> ca.SX:
+        N, F1, F2, Mz, H, _ = forces(at, by)
+        return ca.vertcat((N * cosine - F2 * sine) / wheel_load - 1, (Mz * sine - H * F1) / (wheel_load * H))
+
+    jacobian = ca.jacobian(residual(z, MATRIX_FROM.get(law, law)), z)
     at = ca.SX([1.0, 0.0])
-    for _ in range(STEPS):
-        at = ca.substitute(z - step, z, at)
-    delta, xi = guess * at[0], 1e-3 * at[1]
-    _, F1, _, _, H = forces(delta, xi)
+    for _ in range(STEPS + (law in MATRIX_FROM)):
+        J, r = ca.substitute(jacobian, z, at), residual(at, law)
+        determinant = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
+        at -= ca.vertcat(J[1, 1] * r[0] - J[0, 1] * r[1], J[0, 0] * r[1] - J[1, 0] * r[0]) / determinant
+    _, F1, _, _, H, xi = forces(at, law)
     return Trim(H, xi, -F1, (1 - xi) / H)
