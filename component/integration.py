@@ -28,6 +28,7 @@ INPUT_DEGREE = 2  # highest degree of the input polynomial
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
 SMALL_MODEL = 1000  # instructions of rhs up to which an explicit step is one straight run of them
 EXPLICIT = ("rk4",)
+CUTS = 5  # an internal step is cut into 1, 2, 4, 8 or 16 equal parts where a component says how long a step may be
 SAME_TIME = 1e-9  # fraction of the sample period within which two instants are one
 
 
@@ -47,8 +48,29 @@ class Progress:
     step: float = math.inf
 
 
-def step_function(rhs: ca.Function, method: str) -> ca.Function:
-    """The function `step` of the module's docstring for `rhs(x, u, p)`; `method` is a key of METHODS."""
+def step_function(rhs: ca.Function, method: str, longest_step: ca.Function | None = None) -> ca.Function:
+    """The function `step` of the module's docstring for `rhs(x, u, p)`; `method` is a key of METHODS.
+
+    `longest_step(x, u, p)` in s: a longer internal step is cut into the least power of 2, up to 16, of equal parts within it.
+    """
+    whole = _whole_step(rhs, method)
+    if longest_step is None:
+        return whole
+    x, U, p, tau, h = arguments = [ca.MX.sym(whole.name_in(i), *whole.size_in(i)) for i in range(5)]
+    cut = [whole]
+    for level in range(1, CUTS):
+        n, end = 2**level, x
+        for i in range(n):
+            end = whole(end, U, p, tau + i * h / n, h / n)
+        cut.append(ca.Function(f"step_{n}", arguments, [end]))
+    level = ca.ceil(ca.log(h / longest_step(x, U[:, 0], p)) / math.log(2.0) - 1e-9)
+    choose = ca.Function.conditional("choose", cut[:-1], cut[-1])
+    end = choose(ca.fmin(ca.fmax(level, 0), CUTS - 1), *arguments)
+    return ca.Function("step", arguments, [end], ["x", "U", "p", "tau", "h"], ["x_next"])
+
+
+def _whole_step(rhs: ca.Function, method: str) -> ca.Function:
+    """`step_function` without cutting."""
     n_x, n_u, n_p = (rhs.size1_in(i) for i in range(3))
     symbol = ca.SX if rhs.is_a("SXFunction") else ca.MX
 

@@ -40,6 +40,7 @@ class Component:
     name, variant : "gyro_unit", "nonlinear"; together `spec` "gyro_unit:nonlinear".
     equations : the equations as plain text, for the documentation inside the FMU.
     method : a key of `component.integration.METHODS`.
+    longest_step : (x, u, p) -> length (s) up to which an explicit step is stable, where it depends on the parameters.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Component:
     bonds: tuple[Bond, ...] = ()
     sample: ca.Function | None = None
     sample_period: float | None = None
+    longest_step: ca.Function | None = None
     step: ca.Function = field(init=False)
 
     def __post_init__(self) -> None:
@@ -91,7 +93,7 @@ class Component:
             if not np.isfinite(value):
                 raise ValueError(f"{where}: output {row.name!r} must be finite at the start values, got {value!r}")
         self._check_output_states(x, u, p)
-        object.__setattr__(self, "step", step_function(self.rhs, self.method))
+        object.__setattr__(self, "step", step_function(self.rhs, self.method, self.longest_step))
 
     def _check_output_states(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
         """A row that is state and output must come out of `output` unchanged: tried at one uneven state."""
@@ -187,11 +189,13 @@ def build(
     bonds: Sequence[Bond] = (),
     sample: Callable[[dict[str, ca.SX]], dict[str, Any]] | None = None,
     sample_period: float | None = None,
+    longest_step: Callable[[dict[str, ca.SX]], Any] | None = None,
 ) -> Component:
     """Make a component from `model`, which maps symbols by variable name to (state derivatives, outputs) by name.
 
     Outputs that are states need not be returned, nor derivatives of discrete states (they are 0). `sample` maps the symbols
-    to the states that the sampled part changes. ValueError if a name is missing or not in the table.
+    to the states that the sampled part changes, `longest_step` to the value of the field of that name. ValueError if a name
+    is missing or not in the table.
     """
     _check_names(f"component '{name}:{variant}'", variables)
     symbols = {v.name: ca.SX.sym(v.name) for v in variables if v.is_state or v.causality in ("input", "parameter")}
@@ -228,4 +232,5 @@ def build(
         sample=None if sample is None else ca.Function(
             "sample", args, [ca.vertcat(ca.SX(0, 1), *(sampled.get(n, symbols[n]) for n in states))], labels, ["x_next"]
         ),
+        longest_step=None if longest_step is None else ca.Function("longest_step", args, [longest_step(symbols)], labels, ["h"]),
     )  # fmt: skip

@@ -199,10 +199,15 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
         values = dict(zip(names, shared, strict=True))
         return {n: values[n] for n in derivatives}, {n: values[n] for n in names[len(derivatives) :]}
 
+    def longest_step(s: dict[str, ca.SX]) -> Any:
+        m, J = frame_mass(s)
+        load = s["gravity"] * (car_body.masses(s)[0] / 2 + m) / 2
+        return wheel_frame.longest_step(s, load, m, J, s["speed"] + s["body_speed_deviation"])
+
     bonds = tuple(Bond(end, axis, motion=f"{end}_{axis}_rate", effort=f"{end}_{axis}_moment")
                   for end in ENDS for axis in ("yaw", "roll", "pitch"))  # fmt: skip
     return build(name="vehicle", variant=variant, description=description, equations=EQUATIONS, variables=rows, model=model,
-                 internal_step=internal_step, bonds=bonds)  # fmt: skip
+                 internal_step=internal_step, bonds=bonds, longest_step=longest_step)  # fmt: skip
 
 
 def lrt(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:

@@ -22,7 +22,7 @@ import casadi as ca
 
 from vehicle.irregularity import Unevenness
 from vehicle.rotation import angle_rates, attitude, column, cross, dot
-from vehicle.wheel_rail import SLOWEST, Touch, Wheel, wheel_on_rail
+from vehicle.wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
 
 SIDES = {"left": 1, "right": -1}
 
@@ -125,3 +125,19 @@ def accelerations(
         together = tau / (2 * I_y)
         return v_dot, omega_dot, (together, together)
     return v_dot, omega_dot, (axle_moments[0] / I_y, axle_moments[1] / I_y)
+
+
+def longest_step(s: Mapping[str, ca.SX], wheel_load: Any, m: Any, J: tuple[Any, Any, Any], speed: Any) -> Any:
+    """Longest explicit Runge-Kutta step (s): creep damps the slip of a light wheel ever faster at low speed.
+
+    Slip along the rail decays with f11 / v (r0^2 / I_y + the frame's share, at most 2 b^2 / J_z or 2 / m), slip across it with
+    2 f22 / v (1 / m + r0^2 / J_x), by the linear theory at the static load. The classical method bears 2.78 over that rate;
+    a quarter is kept for wheels that carry more than their share and for flanges.
+    """
+    K, radius = hertz_stiffness(s)
+    area = radius * (wheel_load / K) ** (2 / 3)
+    f11, f22 = (shear_modulus(s) * area * s[f"kalker_c{i}"] for i in (11, 22))
+    r2, b2 = s["rolling_radius"] ** 2, s["contact_half_distance"] ** 2
+    along = f11 * (r2 / s["wheel_spin_inertia"] + 2 * ca.fmax(b2 / J[2], 1 / m))
+    across = 2 * f22 * (1 / m + r2 / J[0])
+    return 0.75 * 2.78 * ca.fmax(speed, SLOWEST) / ca.fmax(along, across)

@@ -103,6 +103,11 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     return rates, out
 
 
+def _longest_step(s: dict[str, ca.SX]) -> Any:
+    J = (s["wheelset_ixx"], ca.SX(1), s["wheelset_izz"])
+    return wheel_frame.longest_step(s, s["axle_load"] / 2, s["wheelset_mass"], J, s["speed"] + s["speed_deviation"])
+
+
 def wheelset(parameters: Mapping[str, float] | None = None) -> Component:
     """The single wheelset; `parameters` replaces start values."""
     chosen = [v for v in MASSES if v.name in ("speed", "gravity", "wheel_spin_inertia")]
@@ -110,5 +115,5 @@ def wheelset(parameters: Mapping[str, float] | None = None) -> Component:
     rows = with_starts("vehicle:wheelset", table, CONVENTIONAL | dict(parameters or {}))
     return build(
         name="vehicle", variant="wheelset", description="One conventional wheelset on springs", equations=EQUATIONS,
-        variables=rows, model=_motion, internal_step=INTERNAL_STEP,
+        variables=rows, model=_motion, internal_step=INTERNAL_STEP, longest_step=_longest_step,
     )  # fmt: skip
