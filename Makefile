@@ -28,6 +28,8 @@ check: $(DEVELOP)
 
 bench: $(DEVELOP)
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/scale.py
+	$(BIN)/python benchmarks/peers.py
 
 paper: $(READY)
 	$(BIN)/cosim paper
