@@ -1,0 +1,133 @@
+"""Safety against derailment from recorded forces: limits, the filters of EN 14363, and the verdict. SI units.
+
+    Nadal       Y/Q = (tan d - mu) / (1 + mu tan d)                     one flange about to climb
+    Weinstock   |Y/Q| of both wheels of a pair = Nadal + mu             the other wheel slides sideways on its tread
+    EN 14363    Y/Q after a 20 Hz low pass and a sliding mean over 2 m, limit 0.8;
+                sum of guiding forces of a pair, filtered alike, limit 10 kN + P0 / 3 (Prud'homme)
+
+Nothing here knows a component: signals come as arrays over time, wheels as the names the caller gives.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+LIMIT = 0.8  # EN 14363, filtered Y/Q
+CUT_OFF = 20.0  # Hz
+WINDOW = 2.0  # m
+
+
+def nadal_limit(contact_angle: float, friction: float) -> float:
+    """Y/Q at which a flange of `contact_angle` (rad) may climb at `friction`."""
+    if not 0.0 < contact_angle < math.pi / 2:
+        raise ValueError(f"contact_angle must lie between 0 and pi/2, got {contact_angle:g}")
+    if not 0.0 <= friction <= 1.0:
+        raise ValueError(f"friction must lie in 0..1, got {friction:g}")
+    tangent = math.tan(contact_angle)
+    return (tangent - friction) / (1.0 + friction * tangent)
+
+
+def weinstock_limit(contact_angle: float, friction: float) -> float:
+    """Sum of |Y/Q| of both wheels of a pair at which the flanging one may climb."""
+    return nadal_limit(contact_angle, friction) + friction
+
+
+def guiding_force_limit(axle_load: float, alpha: float = 1.0) -> float:
+    """Largest sum of guiding forces (N) of a pair with the static load `axle_load` (N); alpha 0.85 for freight wagons."""
+    if not axle_load > 0.0:
+        raise ValueError(f"axle_load must be positive, got {axle_load:g}")
+    return alpha * (10e3 + axle_load / 3.0)
+
+
+def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.ndarray:
+    """`signal` (n,) over evenly spaced `t` (n,) without what is faster than `cut_off` (Hz): 24 dB per octave, no phase shift.
+
+    A Butterworth filter of order 2 forwards and backwards, its corner moved so that both together lose 3 dB at `cut_off`.
+    """
+    t, signal = np.asarray(t, dtype=float), np.asarray(signal, dtype=float)
+    if signal.shape != t.shape or t.ndim != 1 or t.size < 2:
+        raise ValueError(f"signal and t must be columns of equal length, got {signal.shape} and {t.shape}")
+    step = (t[-1] - t[0]) / (t.size - 1)
+    if not np.allclose(np.diff(t), step, rtol=1e-6, atol=1e-9):
+        raise ValueError("t must be evenly spaced")
+    corner = cut_off * (math.sqrt(2.0) - 1.0) ** -0.25
+    if not 2.0 * corner * step < 1.0:
+        raise ValueError(f"the sampling rate must exceed {2.0 * corner:.3g} Hz to cut off at {cut_off:g} Hz, got {1.0 / step:g}")
+    sos = butter(2, corner, fs=1.0 / step, output="sos")
+    return np.asarray(sosfiltfilt(sos, signal, padlen=min(t.size - 1, 200)))
+
+
+def sliding_mean(signal: np.ndarray, distance: np.ndarray, window: float = WINDOW) -> np.ndarray:
+    """Mean of `signal` (n,) over `window` (m) around each point of `distance` (n,), which grows; shorter at both ends."""
+    s, y = np.asarray(distance, dtype=float), np.asarray(signal, dtype=float)
+    if s.shape != y.shape or s.ndim != 1 or s.size < 2 or not np.all(np.diff(s) > 0.0):
+        raise ValueError("distance must grow and be as long as signal")
+    integral = np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(s))])
+    low, high = np.maximum(s - window / 2, s[0]), np.minimum(s + window / 2, s[-1])
+    return (np.interp(high, s, integral) - np.interp(low, s, integral)) / (high - low)
+
+
+def en14363(signal: np.ndarray, t: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """`signal` as EN 14363 assesses it: 20 Hz low pass over time, then the mean over 2 m of track."""
+    return sliding_mean(low_pass(signal, t), distance)
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The largest size of a filtered signal, where and when it stood, and the limit it is held against."""
+
+    wheel: str
+    value: float
+    distance: float
+    t: float
+    limit: float
+
+    @property
+    def exceeded(self) -> bool:
+        """Whether the limit is exceeded."""
+        return self.value > self.limit
+
+
+def worst(signals: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray, limit: float = LIMIT) -> Extreme:
+    """The wheel (or pair) whose filtered signal is largest in size: Y/Q against 0.8, guiding forces against their limit."""
+    if not signals:
+        raise ValueError("signals must hold at least one wheel, got none")
+    found = []
+    for wheel, signal in signals.items():
+        filtered = np.abs(en14363(signal, t, distance))
+        i = int(np.argmax(filtered))
+        found.append(Extreme(wheel, float(filtered[i]), float(distance[i]), float(t[i]), limit))
+    return max(found, key=lambda extreme: extreme.value)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether a wheel left the rails; the first one, with time (s) and distance (m)."""
+
+    derailed: bool
+    wheel: str = ""
+    t: float = math.nan
+    distance: float = math.nan
+
+    @property
+    def text(self) -> str:
+        """One line for people."""
+        if not self.derailed:
+            return "passed: every wheel stayed on its rail"
+        return f"derailed: {self.wheel} at s = {self.distance:.2f} m, t = {self.t:.3f} s"
+
+
+def verdict(climbs: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray) -> Verdict:
+    """From each wheel's way of the flange over the rail, (n,): 0 where it first touches, 1 on the top of its tip."""
+    first: tuple[int, str] | None = None
+    for wheel, climb in climbs.items():
+        past = np.flatnonzero(~(np.asarray(climb) <= 1.0))  # a number that is none counts as derailed
+        if past.size and (first is None or past[0] < first[0]):
+            first = (int(past[0]), wheel)
+    if first is None:
+        return Verdict(False)
+    i, wheel = first
+    return Verdict(True, wheel, float(t[i]), float(distance[i]))
