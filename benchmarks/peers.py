@@ -163,7 +163,7 @@ def report(results: dict[tuple[str, str], Result], exact: dict[str, float], step
         )  # fmt: skip
     Console(highlight=False, width=None if sys.stdout.isatty() else 150).print(table)
     print(
-        f"{steps} macro steps of {STEP * 1e3:g} ms, inputs held; ratios are with logging of all outputs; relative differences at the end"
+        f"{steps} macro steps of {STEP * 1e3:g} ms, inputs held; ratios with all outputs logged; relative differences at the end"
     )
     print(f"all that ran agree to {TOLERANCE:g}" if agree else f"NOT all agree to {TOLERANCE:g}")
     return 0 if agree else 1
