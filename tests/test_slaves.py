@@ -139,7 +139,7 @@ def test_fmus_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     for file, words in (
         (tmp_path / "missing.fmu", "must exist"),
         (text, "must be a zip archive"),
-        (empty, "model description cannot be used"),
+        (empty, "must hold modelDescription.xml"),
         (_without_binaries(tmp_path), "must hold a binary for"),
         (outside, "must lie inside the archive"),
     ):

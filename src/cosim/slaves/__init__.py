@@ -1,11 +1,9 @@
 """Slaves: components between communication points. The master cannot tell one kind from another."""
 
-from pathlib import Path
-
 from cosim import catalogue
-from cosim.slaves.base import Signal, Slave
+from cosim.slaves.base import RawFmi2, Signal, Slave
 
-__all__ = ["Signal", "Slave", "open_slave"]
+__all__ = ["RawFmi2", "Signal", "Slave", "open_fmu", "open_slave"]
 
 
 def open_slave(name: str, source: str, *, in_process: bool = False) -> Slave:
@@ -14,13 +12,19 @@ def open_slave(name: str, source: str, *, in_process: bool = False) -> Slave:
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
     """
     if source.endswith(".fmu"):
-        from cosim.slaves.fmi2 import Fmi2Slave
-
-        return Fmi2Slave(name, Path(source))
+        return open_fmu(name, source)
     if in_process:
         from cosim.slaves.in_process import ComponentSlave
 
         return ComponentSlave(name, catalogue.component(source))
-    from cosim.slaves.fmi2 import Fmi2Slave
+    return open_fmu(name, str(catalogue.fmu(source)))
 
-    return Fmi2Slave(name, catalogue.fmu(source))
+
+def open_fmu(name: str, location: str) -> Slave:
+    """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
+    from cosim.slaves.description import read
+    from cosim.slaves.fmi2 import Fmi2Slave
+    from cosim.slaves.fmi3 import Fmi3Slave
+
+    description = read(location)
+    return (Fmi3Slave if description.version == "3" else Fmi2Slave)(name, location, description)

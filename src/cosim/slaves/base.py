@@ -3,48 +3,15 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from component.units import Unit
 from cosim.catalogue import unknown
+from cosim.slaves.signal import Given, Signal, Value
 
-Type = Literal["real", "integer", "boolean", "enumeration", "string", "binary"]
-
-
-@dataclass(frozen=True)
-class Signal:
-    """A variable as the master sees it: numbers in `unit` (empty where the component states none).
-
-    smooth : may be extrapolated; where False (integers, booleans, enumerations, discrete reals) it is always held.
-    type : integers, booleans and enumerations are carried as numbers, exact in float64.
-    definition : what `unit` means where the component says so itself; else component.units knows it, or nobody does.
-    """
-
-    name: str
-    kind: Literal["input", "output", "parameter", "state"]
-    unit: str = ""
-    start: float | None = None
-    min: float | None = None
-    max: float | None = None
-    meaning: str = ""
-    smooth: bool = True
-    type: Type = "real"
-    definition: Unit | None = None
-
-    def value(self, given: str | float) -> float:
-        """`given`, a number or text with an optional unit, in the signal's unit and checked against its bounds."""
-        from component.units import quantity
-
-        number = quantity(given, self.unit or "1") if isinstance(given, str) else float(given)
-        if not np.isfinite(number):
-            raise ValueError(f"must be finite, got {given}")
-        if self.min is not None and number < self.min:
-            raise ValueError(f"must be at least {self.min:g} {self.unit}, got {given}")
-        if self.max is not None and number > self.max:
-            raise ValueError(f"must be at most {self.max:g} {self.unit}, got {given}")
-        return number
+__all__ = ["RawFmi2", "Signal", "Slave", "Value"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +46,7 @@ class Slave(ABC):
     name : its name in the system.
     inputs, outputs : the signals u and y, in the order of the arrays below.
     settable : what may be given a value before the run, by name: parameters, start values, unconnected inputs.
+    excluded : name -> what it is, of variables that take no part in connections (strings, clocks, ...).
     feedthrough : boolean (n_y, n_u), which output depends directly on which input.
     input_degree : highest degree of an input polynomial that step() follows.
     can_restore : whether save() and restore() work.
@@ -90,6 +58,7 @@ class Slave(ABC):
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     settable: Mapping[str, Signal]
+    excluded: Mapping[str, str] = MappingProxyType({})
     feedthrough: np.ndarray
     input_degree: int
     can_restore: bool
@@ -97,7 +66,7 @@ class Slave(ABC):
     raw: RawFmi2 | None = None
 
     @abstractmethod
-    def initialize(self, values: Mapping[str, float], t: float, stop: float) -> None:
+    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         """Start anew at `t` (s) with start values by name; `stop` (s) is when the run will end."""
 
     @abstractmethod
@@ -139,12 +108,16 @@ class Slave(ABC):
     def close(self) -> None:
         """Free everything; the slave is of no use afterwards."""
 
-    def start_values(self, given: Mapping[str, str | float]) -> dict[str, float]:
-        """Values by name in the slave's own units; ValueError names component, variable, rule and value."""
-        values = {}
-        for name, value in given.items():
+    def start_values(self, given: Mapping[str, Given], bound: Mapping[str, Given] = MappingProxyType({})) -> dict[str, Value]:
+        """Values by name in the slave's own units; ValueError names component, variable, rule and value.
+
+        bound : values from parameter files, which count where `given` says nothing and the slave has such a variable.
+        """
+        for name in given:
             if name not in self.settable:
                 raise unknown(f"parameter of {self.name!r}:", name, self.settable)
+        values = {}
+        for name, value in {**{n: v for n, v in bound.items() if n in self.settable}, **given}.items():
             try:
                 values[name] = self.settable[name].value(value)
             except ValueError as error:

@@ -12,7 +12,7 @@ from component import Component, Variable
 from component.calling import bound
 from component.integration import INPUT_DEGREE, Progress, StepError, advance, error_control, first_sample, input_at, pieces
 from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave
+from cosim.slaves.base import Signal, Slave, Value
 
 
 class ComponentSlave(Slave):
@@ -39,15 +39,16 @@ class ComponentSlave(Slave):
         self._output = bound(component.output, [self._x, self._u, self._p], self._y)
         self._sample = bound(component.sample, [self._x, self._u, self._p], self._x) if component.sample else None
 
-    def initialize(self, values: Mapping[str, float], t: float, stop: float) -> None:
+    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        numbers = {name: float(value) for name, value in values.items() if isinstance(value, float | int)}
         self._x[:], self._p[:] = self._component.start_state, self._component.start_parameters
         self._u[:] = self._component.start_input
-        self._internal_step = values.get("internal_step", self._component.internal_step)
+        self._internal_step = numbers.get("internal_step", self._component.internal_step)
         tables = self._component.states, self._component.parameters, self._component.inputs
         for rows, target in zip(tables, (self._x, self._p, self._u), strict=True):
             for i, row in enumerate(rows):
-                target[i] = values.get(row.name, target[i])
-        self._control = error_control(self._component, values.get("tolerance", 0.0))
+                target[i] = numbers.get(row.name, target[i])
+        self._control = error_control(self._component, numbers.get("tolerance", 0.0))
         self._progress = Progress(first_sample(self._component.sample_period, t))
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:

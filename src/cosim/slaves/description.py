@@ -1,0 +1,243 @@
+"""modelDescription.xml of FMI 2.0 and 3.0, reduced to what a co-simulation needs."""
+
+import importlib.util
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from math import prod
+from pathlib import Path
+
+from lxml import etree
+
+from component.units import Unit
+from cosim import archive
+from cosim.quantities import defined
+
+FMI3_TYPES = (
+    "Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
+    "Boolean", "String", "Binary", "Enumeration", "Clock",
+)  # fmt: skip
+MEMBER = "modelDescription.xml"
+REAL = ("Real", "Float64", "Float32")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A variable. `type` as FMI calls it; `start` one text per element, in the order of FMI's arrays; `shape` () for a scalar.
+
+    items : names and values of an enumeration. unknown_shape : why the shape is not fixed, else "".
+    """
+
+    name: str
+    reference: int
+    type: str
+    causality: str
+    variability: str
+    initial: str
+    start: tuple[str, ...]
+    unit: str
+    definition: Unit | None
+    min: float | None
+    max: float | None
+    description: str
+    shape: tuple[int, ...]
+    items: tuple[tuple[str, int], ...]
+    intermediate: bool
+
+    @property
+    def size(self) -> int:
+        """How many elements it has."""
+        return prod(self.shape)
+
+    @property
+    def settable(self) -> bool:
+        """Whether it may be given a value before the run."""
+        if self.variability == "constant" or self.causality in ("independent", "structuralParameter") or self.type == "Clock":
+            return False
+        return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+
+
+@dataclass(frozen=True)
+class Description:
+    """`version` "2" or "3"; `interfaces` name -> attributes; `dependencies` output -> names it depends on, None: unknown."""
+
+    file: str
+    version: str
+    model: str
+    token: str
+    identity: Mapping[str, str]
+    interfaces: Mapping[str, Mapping[str, str]]
+    rows: tuple[Row, ...]
+    dependencies: Mapping[str, tuple[str, ...] | None]
+    units: Mapping[str, Unit | None]
+    experiment: Mapping[str, str] = field(default_factory=dict)
+
+    def can(self, capability: str) -> bool:
+        """Whether the Co-Simulation interface has a boolean capability."""
+        return self.interfaces["CoSimulation"].get(capability, "false") in ("true", "1")
+
+
+def read(file: str) -> Description:
+    """The description of an FMU, `FILE` or `ARCHIVE#MEMBER`, that offers Co-Simulation; ValueError says what is wrong."""
+    found = load(file)
+    if "CoSimulation" not in found.interfaces:
+        offers = " and ".join(found.interfaces) or "nothing"
+        raise ValueError(f"FMU {file!r} must offer Co-Simulation, offers {offers} only")
+    return found
+
+
+def load(file: str) -> Description:
+    """The description of any FMU of FMI 2.0 or 3.0."""
+    if not archive.exists(file):
+        raise ValueError(f"FMU {file!r} must exist")
+    with archive.opened(file) as members:
+        if MEMBER not in members.namelist():
+            raise ValueError(f"FMU {file!r} must hold {MEMBER}")
+        return parse(file, members.read(MEMBER))
+
+
+def parse(file: str, data: bytes) -> Description:
+    """The description in the bytes of modelDescription.xml of the FMU called `file`."""
+    where = f"FMU {file!r}: its modelDescription.xml"
+    root = archive.xml(data, where)
+    version = root.get("fmiVersion", "")
+    if root.tag != "fmiModelDescription" or not version:
+        raise ValueError(f"{where} must hold an fmiModelDescription with an fmiVersion, got {root.tag!r}")
+    if not (version == "2.0" or version.startswith("3.")):
+        raise ValueError(f"FMU {file!r} must be FMI 2.0 or 3.0, got FMI {version}")
+    major = version[0]
+    schema = _schema(major)
+    if not schema.validate(root):
+        fault = schema.error_log[0]
+        raise ValueError(f"{where} must keep the schema of FMI {version}: line {fault.line}: {fault.message}")
+    kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
+    units = _units(root)
+    try:
+        rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
+        dependencies = _dependencies_3(root, rows) if major == "3" else _dependencies_2(root, rows)
+    except (KeyError, IndexError, ValueError) as error:
+        what = str(error) if isinstance(error, ValueError) else f"it refers to {error}, which is not there"
+        raise ValueError(f"{where}: {what}") from None
+    experiment = root.find("DefaultExperiment")
+    return Description(
+        file, major, root.get("modelName", ""), root.get("instantiationToken" if major == "3" else "guid", ""), dict(root.attrib),
+        {e.tag: dict(e.attrib) for e in root if e.tag in kinds}, rows, dependencies, units,
+        {} if experiment is None else dict(experiment.attrib),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=2)
+def _schema(major: str) -> etree.XMLSchema:
+    """FMI's schema, which FMPy ships; found without loading FMPy."""
+    spec = importlib.util.find_spec("fmpy")
+    if spec is None or not spec.submodule_search_locations:
+        raise RuntimeError("FMPy must be installed: it holds the schemas of FMI")
+    file = f"schema/fmi{major}/fmi{major}ModelDescription.xsd"
+    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / file))
+
+
+def _units(root: etree._Element) -> dict[str, Unit | None]:
+    """Name -> definition of every unit in UnitDefinitions; None where it has no BaseUnit."""
+    found: dict[str, Unit | None] = {}
+    for element in root.iterfind("UnitDefinitions/Unit"):
+        base = element.find("BaseUnit")
+        found[element.get("name", "")] = None if base is None else defined(element.get("name", ""), dict(base.attrib))
+    return found
+
+
+_INITIAL = {
+    ("constant", "output"): "exact", ("constant", "local"): "exact",
+    **{(v, c): "exact" for v in ("fixed", "tunable") for c in ("parameter", "structuralParameter")},
+    **{(v, "input"): "exact" for v in ("discrete", "continuous")},
+}  # fmt: skip
+
+
+def _row(
+    element: etree._Element, value: etree._Element, kind: str, declared: etree._Element | None, units: Mapping[str, Unit | None],
+    variability: str, start: tuple[str, ...], shape: tuple[int, ...],
+) -> Row:  # fmt: skip
+    def attribute(name: str) -> str:
+        return value.get(name) or ("" if declared is None else declared.get(name, ""))
+
+    def number(name: str) -> float | None:
+        return float(attribute(name)) if attribute(name) else None
+
+    causality = element.get("causality", "local")
+    unit = attribute("unit")
+    definition = units.get(unit)
+    if definition is not None and attribute("relativeQuantity") in ("true", "1"):
+        definition = Unit(definition.name, definition.factor, definition.dimension)
+    items = () if declared is None else tuple((i.get("name", ""), int(i.get("value", "0"))) for i in declared.iterfind("Item"))
+    return Row(
+        name=element.get("name", ""), reference=int(element.get("valueReference", "0")), type=kind, causality=causality,
+        variability=variability, initial=element.get("initial") or _INITIAL.get((variability, causality), "calculated"),
+        start=start, unit=unit, definition=definition, min=number("min"), max=number("max"),
+        description=element.get("description", ""), shape=shape, items=items,
+        intermediate=element.get("intermediateUpdate", "false") in ("true", "1"),
+    )  # fmt: skip
+
+
+def _rows_2(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row, ...]:
+    declared = {e.get("name"): e[0] for e in root.iterfind("TypeDefinitions/SimpleType")}
+    rows = []
+    for element in root.iterfind("ModelVariables/ScalarVariable"):
+        value = next(child for child in element if child.tag != "Annotations")
+        of = declared[value.get("declaredType")] if value.get("declaredType") else None
+        start = (value.get("start", ""),) if "start" in value.attrib else ()
+        rows.append(_row(element, value, value.tag, of, units, element.get("variability", "continuous"), start, ()))
+    return tuple(rows)
+
+
+def _rows_3(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row, ...]:
+    declared = {e.get("name"): e for e in root.iterfind("TypeDefinitions/*")}
+    elements = [e for e in root.iterfind("ModelVariables/*") if e.tag in FMI3_TYPES]
+    starts = {e.get("valueReference"): e.get("start", "") for e in elements}
+    rows = []
+    for element in elements:
+        of = declared[element.get("declaredType")] if element.get("declaredType") else None
+        dimensions = element.findall("Dimension")
+        shape = tuple(int(d.get("start") or starts[d.get("valueReference")]) for d in dimensions)
+        if element.tag in ("String", "Binary"):
+            start = tuple(s.get("value", "") for s in element.iterfind("Start"))
+        else:
+            start = tuple(element.get("start", "").split())
+        if len(start) == 1:
+            start *= prod(shape)
+        elif start and len(start) != prod(shape):
+            raise ValueError(f"variable {element.get('name')!r} must have {prod(shape)} start values, has {len(start)}")
+        parameter = element.get("causality") in ("parameter", "calculatedParameter", "structuralParameter")
+        usual = "fixed" if parameter else "continuous" if element.tag in REAL else "discrete"
+        row = _row(element, element, element.tag, of, units, element.get("variability", usual), start, shape)
+        rows.append(row)
+        for alias in element.iterfind("Alias"):
+            rows.append(_row_alias(row, alias))
+    return tuple(rows)
+
+
+def _row_alias(row: Row, alias: etree._Element) -> Row:
+    """The same variable under another name: it can be given a value, but the outputs list it once."""
+    causality = "local" if row.causality == "output" else row.causality
+    return Row(**{**row.__dict__, "name": alias.get("name", ""), "causality": causality if causality != "input" else "local"})
+
+
+def _dependencies_2(root: etree._Element, rows: tuple[Row, ...]) -> dict[str, tuple[str, ...] | None]:
+    def named(index: str) -> str:
+        if not 1 <= int(index) <= len(rows):
+            raise ValueError(f"ModelStructure refers to variable {index}, it has {len(rows)}")
+        return rows[int(index) - 1].name
+
+    found: dict[str, tuple[str, ...] | None] = {}
+    for element in root.iterfind("ModelStructure/Outputs/Unknown"):
+        stated = element.get("dependencies")
+        found[named(element.get("index", "0"))] = None if stated is None else tuple(named(i) for i in stated.split())
+    return found
+
+
+def _dependencies_3(root: etree._Element, rows: tuple[Row, ...]) -> dict[str, tuple[str, ...] | None]:
+    names = {row.reference: row.name for row in reversed(rows)}
+    found: dict[str, tuple[str, ...] | None] = {}
+    for element in root.iterfind("ModelStructure/Output"):
+        stated = element.get("dependencies")
+        known = None if stated is None else tuple(names[int(reference)] for reference in stated.split())
+        found[names[int(element.get("valueReference", "-1"))]] = known
+    return found

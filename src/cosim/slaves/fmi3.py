@@ -1,0 +1,153 @@
+"""An FMI 3.0 Co-Simulation FMU as a slave, without event mode and early return."""
+
+import ctypes
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from cosim.errors import SlaveError
+from cosim.slaves.base import Value
+from cosim.slaves.description import Row
+from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
+from cosim.slaves.library import Library
+
+_LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+_UPDATE = ctypes.CFUNCTYPE(
+    None, POINTER, ctypes.c_double, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool,
+    ctypes.POINTER(ctypes.c_bool), ctypes.POINTER(ctypes.c_double),
+)  # fmt: skip
+_INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
+
+
+class Fmi3Slave(FmuSlave):
+    """Inputs of higher degree reach it by intermediate update, where it asks for them."""
+
+    types: ClassVar = {
+        "Float64": (np.float64, "Float64"), "Float32": (np.float32, "Float32"), "Boolean": (np.bool_, "Boolean"),
+        "Enumeration": (np.int64, "Int64"), **{name: (getattr(np, name.lower()), name) for name in _INTEGERS},
+    }  # fmt: skip
+    prefix, state = "fmi3", "FMUState"
+
+    def _bind_version(self, library: Library) -> None:
+        function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
+        rows = [r for r in self.description.rows if r.causality == "input" and r.type in ("Float64", "Float32")]
+        smooth = [r for r in rows if r.variability == "continuous"]
+        offered = bool(smooth) and all(r.type == "Float64" and r.intermediate for r in smooth)
+        self.input_degree = 2 if offered and self.description.can("providesIntermediateUpdate") else 0
+        self._asked = smooth if self.input_degree else []
+        self._asked_refs = (ctypes.c_uint * len(self._asked))(*(r.reference for r in self._asked))
+        self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
+        self._polynomial: list[tuple[float, float, float]] = []  # value, slope, half the curvature; empty where constant
+        self._value = (double * self._smooth.size)()
+        self._origin, self._update_status = 0.0, 0
+        self._set_float64 = function("fmi3SetFloat64", POINTER, REFERENCES, SIZE, POINTER, SIZE)
+        self._log, self._update = _LOG(self._on_log), _UPDATE(self._on_update)
+        self._instantiate_call = function(
+            "fmi3InstantiateCoSimulation", text, text, text, boolean, boolean, boolean, boolean, REFERENCES, SIZE, POINTER,
+            POINTER, POINTER, result=POINTER,
+        )  # fmt: skip
+        self._enter = function("fmi3EnterInitializationMode", POINTER, boolean, double, double, boolean, double)
+        self._exit = function("fmi3ExitInitializationMode", POINTER)
+        self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
+        self._event, self._ended, self._early = boolean(), boolean(), boolean()
+        self._reached = double()
+        self._told_by_step = tuple(ctypes.byref(x) for x in (self._event, self._ended, self._early, self._reached))
+        if self._differentiable:
+            self._derivative = function(
+                "fmi3GetDirectionalDerivative", POINTER, REFERENCES, SIZE, REFERENCES, SIZE, POINTER, SIZE, POINTER, SIZE
+            )
+
+    def _on_log(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
+        self.log.add(status, category, message)
+
+    def _on_update(
+        self, environment: Any, time: float, set_requested: bool, get_allowed: bool, step_finished: bool, can_return: bool,
+        early_return_requested: Any, early_return_time: Any,
+    ) -> None:  # fmt: skip
+        """The FMU asks, in the midst of a step, for its inputs at `time`."""
+        early_return_requested[0] = False
+        if set_requested and self._polynomial:
+            s = time - self._origin
+            self._value[:] = [u0 + s * (u1 + s * u2) for u0, u1, u2 in self._polynomial]
+            status = self._set_float64(self._instance, self._asked_refs, len(self._asked), self._value, len(self._value))
+            if status > 1:
+                self._update_status = status
+
+    def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
+        assert self._library is not None
+        pointer, size = buffer.ctypes.data_as(POINTER), buffer.size
+        kinds = (POINTER, REFERENCES, SIZE, POINTER, SIZE)
+        get, set_ = (self._library.function(f"fmi3{direction}{suffix}", *kinds) for direction in ("Get", "Set"))
+        return lambda it: get(it, references, n, pointer, size), lambda it: set_(it, references, n, pointer, size)
+
+    def _instantiate(self) -> Any:
+        resources = f"{self._folder / 'resources'}{os.sep}".encode()
+        return self._instantiate_call(
+            self.name.encode(), self.description.token.encode(), resources, False, True, False, False,
+            self._asked_refs, len(self._asked), None, self._log, self._update if self._asked else None,
+        )  # fmt: skip
+
+    def _begin(self, t: float, stop: float) -> None:
+        self.check(self._enter(self._instance, False, 0.0, t, True, stop), "fmi3EnterInitializationMode", t, 0.0)
+        self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
+
+    def _set_text(self, row: Row, values: Sequence[Value]) -> None:
+        assert self._library is not None
+        reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
+        if row.type == "String":
+            texts = (ctypes.c_char_p * n)(*(str(value).encode() for value in values))
+            set_ = self._library.function("fmi3SetString", POINTER, REFERENCES, SIZE, POINTER, SIZE)
+            status = set_(self._instance, reference, 1, texts, n)
+        else:
+            blocks = [value if isinstance(value, bytes) else b"" for value in values]
+            sizes = (SIZE * n)(*map(len, blocks))
+            data = (ctypes.c_char_p * n)(*blocks)
+            set_ = self._library.function("fmi3SetBinary", POINTER, REFERENCES, SIZE, POINTER, POINTER, SIZE)
+            status = set_(self._instance, reference, 1, sizes, data, n)
+        self.check(status, f"fmi3Set{row.type} of {row.name!r}", 0.0, 0.0)
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        if self._u.size:
+            self._set_inputs(U[0], t, h)
+            if self._asked:
+                self._origin, self._update_status, self._polynomial = t, 0, []
+                if U[1:].any():
+                    part = U if self._smooth.size == self._u.size else U[:, self._smooth]
+                    self._polynomial = [*zip(part[0].tolist(), part[1].tolist(), (part[2] / 2).tolist(), strict=True)]
+        self._reached.value = t + h
+        status = self._do_step(self._instance, t, h, not self.can_restore, *self._told_by_step)
+        if status > 1:
+            how = f" (it reached t = {self._reached.value:.9g} s)" if status == 2 else ""
+            self.check(status, f"fmi3DoStep{how}", t, h)
+        self.check(self._update_status, "fmi3SetFloat64 in the intermediate update", t, h)
+        if self._ended.value:
+            self._fails("the FMU asks to end the run", t, h)
+        if self._early.value or abs(self._reached.value - (t + h)) > 1e-9 * (h + abs(t)):
+            self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s", t, h)
+
+    def _fails(self, reason: str, t: float, h: float) -> None:
+        self._running = False
+        raise SlaveError(self.name, t, h, reason, self.log.said())
+
+    def _directional(self, column: int, result: np.ndarray) -> int:
+        (group,) = [g for g in self._output_groups if g.label == "fmi3SetFloat64"]
+        (known,) = [g for g in self._input_groups if g.label == "fmi3SetFloat64"]
+        places = np.arange(self._u.size)[known.places].tolist()
+        offset, seed = places.index(column), None
+        for row in known.rows:
+            if offset < row.size:
+                seed = np.zeros(row.size)
+                break
+            offset -= row.size
+        assert seed is not None
+        seed[offset] = 1.0
+        unknowns = (ctypes.c_uint * len(group.rows))(*(r.reference for r in group.rows))
+        found = np.zeros(group.buffer.size)
+        status = self._derivative(
+            self._instance, unknowns, len(group.rows), (ctypes.c_uint * 1)(row.reference), 1, seed.ctypes.data_as(POINTER),
+            seed.size, found.ctypes.data_as(POINTER), found.size,
+        )  # fmt: skip
+        result[group.places] = found
+        return status

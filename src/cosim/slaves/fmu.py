@@ -1,0 +1,352 @@
+"""What the slaves of FMI 2.0 and FMI 3.0 have in common: signals, values, outputs, states, failures.
+
+The run calls the FMU's functions directly, on arrays that are bound once.
+"""
+
+import ctypes
+import math
+import shutil
+import tempfile
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from cosim import archive
+from cosim.errors import SlaveError
+from cosim.slaves.base import Signal, Slave, Value
+from cosim.slaves.description import REAL, Description, Row
+from cosim.slaves.library import STATUS, Library, Log
+from cosim.slaves.signal import Type
+
+REFERENCES = ctypes.POINTER(ctypes.c_uint)
+POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
+EXACT = 2.0**53  # integers up to here are exact in float64
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Inputs or outputs of one FMI type: their places in u or y, a buffer, and the calls that move it, as call(instance)."""
+
+    rows: tuple[Row, ...]
+    places: slice | np.ndarray
+    buffer: np.ndarray
+    get: Callable[[Any], int]
+    set: Callable[[Any], int]
+    label: str
+
+
+class FmuSlave(Slave):
+    """Opens an FMU in a temporary folder that close() removes; initialize() instantiates it anew.
+
+    _told : highest order of input derivatives that the FMU has heard of.
+    types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
+    """
+
+    types: ClassVar[Mapping[str, tuple[Any, str]]]
+    prefix: ClassVar[str]
+    state: ClassVar[str]
+
+    def __init__(self, name: str, location: str, description: Description) -> None:
+        self.name, self._location, self.description = name, location, description
+        self.log = Log()
+        self._instance: Any = None
+        self._running = self._dead = False
+        self._folder = Path(tempfile.mkdtemp(prefix="cosim-"))
+        self._library: Library | None = None
+        try:
+            with archive.opened(location) as members:
+                archive.unpack(members, self._folder, ("binaries/", "resources/", "modelDescription.xml"))
+            identifier = description.interfaces["CoSimulation"]["modelIdentifier"]
+            self._library = Library(self._folder, description.version, identifier, f"FMU {location!r}")
+            self._describe()
+            self._bind()
+            self._bind_version(self._library)
+        except BaseException:
+            self.close()
+            raise
+
+    # ---- what the two versions do in their own way
+
+    @abstractmethod
+    def _bind_version(self, library: Library) -> None:
+        """The functions and arrays that only this version has; sets input_degree."""
+
+    @abstractmethod
+    def _instantiate(self) -> Any:
+        """A new instance, or None."""
+
+    @abstractmethod
+    def _begin(self, t: float, stop: float) -> None:
+        """Into initialization mode and out of it."""
+
+    @abstractmethod
+    def _set_text(self, row: Row, values: Sequence[Value]) -> None:
+        """Give a string or binary variable its values."""
+
+    @abstractmethod
+    def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
+        """The calls get(instance) and set(instance) of variables of one type."""
+
+    @abstractmethod
+    def _directional(self, column: int, result: np.ndarray) -> int:
+        """Write d(real outputs) / d(real input `column`) into result, shape (n,); returns the status."""
+
+    # ---- signals
+
+    def _describe(self) -> None:
+        d = self.description
+        self._rows = {row.name: row for row in d.rows}
+        self.can_restore = d.can("canGetAndSetFMUstate") or d.can("canGetAndSetFMUState")
+        self.can_serialize = self.can_restore and (d.can("canSerializeFMUstate") or d.can("canSerializeFMUState"))
+        self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
+        carried = [row for row in d.rows if row.type in self.types]
+        ends = {kind: [row for row in carried if row.causality == kind] for kind in ("input", "output")}
+        self.inputs = tuple(s for row in ends["input"] for s in _elements(row, "input"))
+        self.outputs = tuple(s for row in ends["output"] for s in _elements(row, "output"))
+        self.excluded = {r.name: r.type for r in d.rows if r.causality in ("input", "output") and r.type not in self.types}
+        self.settable = {}
+        for row in d.rows:
+            if row.settable:
+                kind: Any = row.causality if row.causality in ("parameter", "input") else "state"
+                self.settable[row.name] = _signal(row, kind, row.name, 0 if not row.shape else None)
+                if row.shape:
+                    self.settable |= {s.name: s for s in _elements(row, kind)}
+        place, inputs = {}, 0
+        for row in ends["input"]:
+            place[row.name] = slice(inputs, inputs + row.size)
+            inputs += row.size
+        self.feedthrough = np.zeros((len(self.outputs), inputs), dtype=bool)
+        i = 0
+        for row in ends["output"]:
+            stated = d.dependencies.get(row.name)
+            if stated is None:
+                self.feedthrough[i : i + row.size] = True  # the standard: not stated means on everything
+            for known in stated or ():
+                if known in place:
+                    self.feedthrough[i : i + row.size, place[known]] = True
+            i += row.size
+        self._u, self._y = np.zeros(inputs), np.zeros(i)
+        self._input_groups = self._groups(ends["input"])
+        self._output_groups = self._groups(ends["output"])
+
+    def _groups(self, rows: Sequence[Row]) -> list[Group]:
+        """The variables sorted by the FMI functions that move them."""
+        places: dict[str, list[int]] = {}
+        members: dict[str, list[Row]] = {}
+        count = 0
+        for row in rows:
+            suffix = self.types[row.type][1]
+            members.setdefault(suffix, []).append(row)
+            places.setdefault(suffix, []).extend(range(count, count + row.size))
+            count += row.size
+        return [self._group(suffix, members[suffix], places[suffix]) for suffix in members]
+
+    def _group(self, suffix: str, rows: Sequence[Row], places: Sequence[int] = ()) -> Group:
+        buffer = np.zeros(sum(row.size for row in rows), dtype=self.types[rows[0].type][0])
+        references = (ctypes.c_uint * len(rows))(*(row.reference for row in rows))
+        get, set_ = self._moves(suffix, references, len(rows), buffer)
+        whole = list(places) == list(range(places[0], places[0] + len(places))) if places else True
+        where = slice(places[0], places[0] + len(places)) if whole and places else np.array(places, dtype=int)
+        return Group(tuple(rows), where, buffer, get, set_, f"{self.prefix}Set{suffix}")
+
+    def _bind(self) -> None:
+        """The functions that both versions have, under much the same names."""
+        assert self._library is not None
+        function, prefix, state = self._library.function, self.prefix, self.state
+        self._terminate = function(f"{prefix}Terminate", POINTER)
+        self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
+        if self.can_restore:
+            self._get_state = function(f"{prefix}Get{state}", POINTER, POINTER)
+            self._set_state = function(f"{prefix}Set{state}", POINTER, POINTER)
+            self._free_state = function(f"{prefix}Free{state}", POINTER, POINTER)
+        if self.can_serialize:
+            self._state_size = function(f"{prefix}Serialized{state}Size", POINTER, POINTER, POINTER)
+            self._to_bytes = function(f"{prefix}Serialize{state}", POINTER, POINTER, ctypes.c_char_p, SIZE)
+            spelling = "DeSerialize" if prefix == "fmi2" else "Deserialize"
+            self._from_bytes = function(f"{prefix}{spelling}{state}", POINTER, ctypes.c_char_p, SIZE, POINTER)
+
+    # ---- the run
+
+    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        self._free_instance()
+        self.log.clear()
+        self._instance = self._instantiate()
+        if self._instance is None:
+            raise SlaveError(self.name, t, 0.0, f"{self.prefix}Instantiate gave no instance", self.log.said())
+        for row, given in self._gathered(values):
+            self._set_start(row, given, t)
+        self._begin(t, stop)
+        self._running, self._told = True, 0
+        for group in self._input_groups:
+            self.check(group.get(self._instance), group.label.replace("Set", "Get"), t, 0.0)
+            self._u[group.places] = group.buffer
+
+    def _gathered(self, values: Mapping[str, Value]) -> Iterator[tuple[Row, list[Value]]]:
+        """Variables with the values of all their elements, from values for them as a whole and for single elements."""
+        whole: dict[str, list[Value]] = {}
+        for name, value in values.items():
+            if name in self._rows:
+                row = self._rows[name]
+                whole[name] = list(value) if isinstance(value, tuple) else [value]
+        for name, value in values.items():
+            if name not in self._rows:
+                row = self._rows[name[: name.rindex("[")]]
+                elements = whole.setdefault(row.name, [_read(row, text) for text in row.start] or [0.0] * row.size)
+                elements[_names(row).index(name)] = value
+        return ((self._rows[name], elements) for name, elements in whole.items())
+
+    def _set_start(self, row: Row, values: list[Value], t: float) -> None:
+        if row.type in ("String", "Binary"):
+            self._set_text(row, values)
+            return
+        group = self._group(self.types[row.type][1], [row])
+        group.buffer[:] = values
+        self.check(group.set(self._instance), f"{group.label} of {row.name!r}", t, 0.0)
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        instance = self._instance
+        if u.size:
+            self._u[:] = u
+            self._set_inputs(u, t, 0.0)
+        for group in self._output_groups:
+            status = group.get(instance)
+            if status > 1:
+                self.check(status, group.label.replace("Set", "Get"), t, 0.0)
+            self._y[group.places] = group.buffer
+        if not math.isfinite(np.add.reduce(self._y)):
+            for signal, value in zip(self.outputs, self._y, strict=True):
+                if not np.isfinite(value):
+                    raise SlaveError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}", self.log.said())
+        return self._y.copy()
+
+    def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
+        for group in self._input_groups:
+            group.buffer[:] = u[group.places]
+            status = group.set(self._instance)
+            if status > 1:
+                self.check(status, group.label, t, h)
+
+    def jacobian(self) -> np.ndarray | None:
+        if not self._differentiable:
+            return None
+        found = np.zeros(self.feedthrough.shape)
+        rows = [i for i, s in enumerate(self.outputs) if s.type == "real" and s.smooth]
+        for j in np.flatnonzero(self.feedthrough.any(axis=0)).tolist():
+            if self.inputs[j].type == "real" and self.inputs[j].smooth and rows:
+                column = np.zeros(self._y.size)
+                self.check(self._directional(j, column), f"{self.prefix}GetDirectionalDerivative", 0.0, 0.0)
+                found[rows, j] = column[rows]
+        return found
+
+    # ---- states
+
+    def save(self) -> Any:
+        state = ctypes.c_void_p()
+        self.check(self._get_state(self._instance, ctypes.byref(state)), f"{self.prefix}Get{self.state}", 0.0, 0.0)
+        return state
+
+    def restore(self, snapshot: Any) -> None:
+        self.check(self._set_state(self._instance, snapshot), f"{self.prefix}Set{self.state}", 0.0, 0.0)
+
+    def discard(self, snapshot: Any) -> None:
+        if self._instance is not None:
+            self._free_state(self._instance, ctypes.byref(snapshot))
+
+    def serialize(self) -> bytes:
+        self._must_serialize()
+        state = self.save()
+        try:
+            size = SIZE()
+            done = self._state_size(self._instance, state, ctypes.byref(size))
+            self.check(done, f"{self.prefix}Serialized{self.state}Size", 0.0, 0.0)
+            data = ctypes.create_string_buffer(size.value)
+            self.check(self._to_bytes(self._instance, state, data, size.value), f"{self.prefix}Serialize{self.state}", 0.0, 0.0)
+            return data.raw
+        finally:
+            self.discard(state)
+
+    def deserialize(self, data: bytes) -> None:
+        self._must_serialize()
+        state = ctypes.c_void_p()
+        done = self._from_bytes(self._instance, data, len(data), ctypes.byref(state))
+        self.check(done, f"{self.prefix}Deserialize{self.state}", 0.0, 0.0)
+        try:
+            self.restore(state)
+            self._told = 2
+        finally:
+            self.discard(state)
+
+    def _must_serialize(self) -> None:
+        if not self.can_serialize:
+            raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {self._location!r} cannot")
+
+    # ---- failure and the end
+
+    def check(self, status: int, call: str, t: float, h: float) -> None:
+        """SlaveError, with what the FMU has logged, for a status worse than a warning."""
+        if status > 1:
+            self._running = False
+            self._dead = self._dead or status == STATUS.index("fatal")  # it must not be called any more
+            what = STATUS[status] if status < len(STATUS) else f"status {status}"
+            raise SlaveError(self.name, t, h, f"{call} answered {what}", self.log.said())
+
+    def close(self) -> None:
+        self._free_instance()
+        if self._library is not None:
+            self._library.close()
+            self._library = None
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _free_instance(self) -> None:
+        self.raw = None
+        instance, self._instance = self._instance, None
+        if instance is None or self._dead:
+            self._running = self._dead = False
+            return
+        if self._running:
+            self._running = False
+            self._terminate(instance)  # one that refuses is freed all the same
+        self._free(instance)
+
+
+_KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
+
+
+def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
+    """The signal of a variable, or of one of its elements."""
+    type_: Type = "real" if row.type in REAL else _KINDS.get(row.type, "integer")
+    start = None if element is None or not row.start or type_ in ("string", "binary") else float(_read(row, row.start[element]))
+    smooth = type_ == "real" and row.variability == "continuous"
+    low, high = row.min, row.max
+    if type_ == "integer":
+        bits = np.iinfo(row.type.lower() if row.type != "Integer" else "int32")
+        low, high = float(bits.min) if low is None else low, float(bits.max) if high is None else high
+    return Signal(
+        name, kind, row.unit, start, low, high, row.description, smooth, type_, row.definition, row.items,
+        row.shape if element is None else (),
+    )  # fmt: skip
+
+
+def _elements(row: Row, kind: Any) -> list[Signal]:
+    """The scalar signals of a variable: itself, or its elements, named `name[1]`, `name[1,2]`, the last index fastest."""
+    return [_signal(row, kind, name, i) for i, name in enumerate(_names(row))]
+
+
+def _names(row: Row) -> list[str]:
+    if not row.shape:
+        return [row.name]
+    return [f"{row.name}[{','.join(map(str, index))}]" for index in product(*(range(1, n + 1) for n in row.shape))]
+
+
+def _read(row: Row, text: str) -> Any:
+    """A start value as the description writes it."""
+    if row.type == "String":
+        return text
+    if row.type == "Binary":
+        return bytes.fromhex(text)
+    return float({"true": 1.0, "false": 0.0}.get(text, text))

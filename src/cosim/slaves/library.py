@@ -1,0 +1,108 @@
+"""An FMU's shared library: found for this machine, loaded, its functions with their types, what it logs."""
+
+import _ctypes
+import ctypes
+import importlib.util
+import platform
+import shutil
+import sys
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+
+
+def folders() -> tuple[str, str]:
+    """What FMI 2.0 and FMI 3.0 call this platform in an FMU's binaries."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+    system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
+    old = {"windows": "win", "darwin": "darwin", "linux": "linux"}[system] + "64"
+    return (old if machine == "x86_64" or system == "darwin" else f"{machine}-{system}"), f"{machine}-{system}"
+
+
+class Library:
+    """The library of the FMU unpacked in `folder`; `where` begins every complaint."""
+
+    def __init__(self, folder: Path, version: str, identifier: str, where: str) -> None:
+        name = folders()[version == "3"]
+        file = folder / "binaries" / name / f"{identifier}{SUFFIX}"
+        if not file.is_file():
+            binaries = folder / "binaries"
+            held = sorted(p.name for p in binaries.iterdir() if any(p.iterdir())) if binaries.is_dir() else []
+            if name in held:
+                held = sorted(f"{name}/{p.name}" for p in file.parent.iterdir())
+            raise ValueError(f"{where} must hold a binary for {name}, {identifier}{SUFFIX}; has {', '.join(held) or 'none'}")
+        try:
+            self._library = ctypes.CDLL(str(file), winmode=0x8)  # on Windows: look beside the file for what it needs
+        except OSError as error:
+            raise ValueError(f"{where}: its binary cannot be loaded: {error}") from None
+        self._where = where
+
+    def function(self, name: str, *types: Any, result: Any = ctypes.c_int) -> Any:
+        """The function `name`; ValueError if the library lacks it."""
+        try:
+            found = self._library[name]  # an own handle: its argument types are ours to state
+        except AttributeError:
+            raise ValueError(f"{self._where}: its binary lacks the function {name}") from None
+        found.argtypes, found.restype = types, result
+        return found
+
+    def close(self) -> None:
+        """Unload it; no function may be called afterwards."""
+        if self._library is not None:
+            getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(self._library._handle)
+            self._library = None  # type: ignore[assignment]
+
+
+class Log:
+    """What an FMU has said of late: (status, category, text); `echo` gets every line at once."""
+
+    def __init__(self) -> None:
+        self._lines: deque[tuple[int, str, str]] = deque(maxlen=100)
+        self.echo: Callable[[str], None] | None = None
+
+    def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
+        """Keep a line; those with status ok tell of no trouble and are dropped."""
+        line = (status, (category or b"").decode(errors="replace"), " ".join((message or b"").decode(errors="replace").split()))
+        if status > 0:
+            self._lines.append(line)
+            if self.echo is not None:
+                self.echo(_shown(line))
+
+    def clear(self) -> None:
+        """Forget."""
+        self._lines.clear()
+
+    def said(self) -> str:
+        """The last lines worth repeating: those of failures, or else warnings."""
+        failures = [line for line in self._lines if line[0] > 1]
+        return "; ".join(dict.fromkeys(_shown(line) for line in (failures or list(self._lines))[-3:]))
+
+
+def _shown(line: tuple[int, str, str]) -> str:
+    status, category, text = line
+    return f"{text} [{category or STATUS[status] if status < len(STATUS) else category}]"
+
+
+def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:
+    """FMI 2.0's logger gets printf arguments, which Python cannot read. FMPy ships a few lines of C that format them.
+
+    They keep the logger they serve in a static variable, so every FMU gets a copy of its own. None where FMPy has none for
+    this machine; a message then shows its format.
+    """
+    spec = importlib.util.find_spec("fmpy")
+    for place in (spec.submodule_search_locations or ()) if spec else ():
+        file = Path(place) / "logging" / folders()[0] / f"logging{SUFFIX}"
+        if file.is_file():
+            own = folder / f"logging{SUFFIX}"
+            shutil.copyfile(file, own)
+            try:
+                add = ctypes.CDLL(str(own)).addLoggerProxy
+            except (OSError, AttributeError):
+                return None
+            add.argtypes, add.restype = [ctypes.c_void_p], None
+            return add
+    return None
