@@ -3,8 +3,8 @@
 import casadi as ca
 import numpy as np
 import pytest
-from vehicle_runs import Joined
 
+from component.joined import Joined
 from gyro_unit.nonlinear import nonlinear_full
 from vehicle.lrt import lrt
 from vehicle.parameter_sets import parameter_set
@@ -37,7 +37,7 @@ def vehicle() -> Linear:
 
 @pytest.fixture(scope="module")
 def damped() -> Linear:
-    return Linear(Joined(lrt(), nonlinear_full()))
+    return Linear(Joined(lrt(), {"front": nonlinear_full(), "rear": nonlinear_full()}))
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +162,7 @@ def test_without_spin_inertia_nothing_diverges_and_with_the_gyro_all_is_damped(v
     off = vehicle.eigenvalues(**values)
     assert 0.0 < off[0].real < 0.1
     assert abs(off[0].imag) > 1.0
-    on = damped.eigenvalues(**values, **{f"gyro.{n}": v for n, v in B.gyro.items()})
+    on = damped.eigenvalues(**values, **{f"unit.{n}": v for n, v in B.gyro.items()})
     assert on[0].real < -0.05
 
 
@@ -174,10 +174,10 @@ def test_gyro_lowers_the_divergence_only_in_part(vehicle: Linear, damped: Linear
 
 def test_root_locus_of_the_spin_begins_at_the_vehicle_without_gyro(vehicle: Linear, damped: Linear) -> None:
     """At 0 rpm the unit's own two roots are those of the sprung gimbal, and the vehicle's are hardly touched."""
-    still = damped.eigenvalues(speed=8.0, **{"gyro.rotor_speed": 0.0})
+    still = damped.eigenvalues(speed=8.0, **{"unit.rotor_speed": 0.0})
     assert still[0] == pytest.approx(vehicle.eigenvalues(speed=8.0)[0], rel=1e-3)
     growth = [
-        damped.eigenvalues(speed=8.0, **{"gyro.rotor_speed": rpm * np.pi / 30})[0].real for rpm in (0, 500, 1000, 2000, 3000)
+        damped.eigenvalues(speed=8.0, **{"unit.rotor_speed": rpm * np.pi / 30})[0].real for rpm in (0, 500, 1000, 2000, 3000)
     ]
     assert growth == sorted(growth, reverse=True)
 

@@ -3,9 +3,9 @@
 import casadi as ca
 import numpy as np
 import pytest
-from vehicle_runs import Joined
 
 from component import Component
+from component.joined import Joined
 from gyro_unit.nonlinear import nonlinear_full
 from vehicle import car_body
 from vehicle.alignment import Alignment
@@ -35,7 +35,7 @@ def alone(vehicle: Component) -> Joined:
 
 @pytest.fixture(scope="module")
 def damped(vehicle: Component) -> Joined:
-    return Joined(vehicle, nonlinear_full())
+    return Joined(vehicle, {"front": nonlinear_full(), "rear": nonlinear_full()})
 
 
 class Inside:
@@ -119,7 +119,7 @@ def test_vehicle_starts_at_rest_with_other_parameters(alone: Joined, name: str) 
 
 
 def test_wheels_carry_the_weight_at_rest(alone: Joined) -> None:
-    y = dict(zip(alone.names, np.array(alone.g(alone.x0, alone.p({}))).ravel(), strict=True))
+    y = dict(zip(alone.output_names, np.array(alone.g(alone.x0, alone.p({}))).ravel(), strict=True))
     loads = [y[f"{end}_{side}_vertical_force"] for end in ("front", "rear") for side in ("left", "right")]
     assert loads == pytest.approx([7000 * G / 4] * 4, rel=1e-9)  # total mass 7000 kg: PHYSICS section 3
 
@@ -128,7 +128,7 @@ def test_rest_of_the_undriven_vehicle_is_only_slowed_by_spin_creep(alone: Joined
     """Rolling freely it loses what the drive would give: drag over mass and the wheels' spin inertia over radius squared."""
     p = alone.p({"drive_on": 0.0})
     x_dot = dict(zip(alone.state_names, np.array(alone.f(alone.x0, p)).ravel(), strict=True))
-    power = float(np.array(alone.g(alone.x0, alone.p({}))).ravel()[alone.names.index("dissipated_power")])
+    power = float(np.array(alone.g(alone.x0, alone.p({}))).ravel()[alone.output_names.index("dissipated_power")])
     assert -2 * 2000 * x_dot["front_speed_deviation"] * 5.0 == pytest.approx(power, rel=1e-6)
 
 
@@ -242,7 +242,7 @@ def test_steady_curve_meets_hand_calculation(damped: Joined) -> None:
     loads follow the roll moment of the centrifugal force."""
     B = parameter_set("B")
     v, R, cant = 6.0, 200.0, 0.01
-    values = B.vehicle | {f"gyro.{n}": value for n, value in B.gyro.items()}
+    values = B.vehicle | {f"unit.{n}": value for n, value in B.gyro.items()}
     values |= {"speed": v, "curve_turn": 1.0, "curve_radius": R, "curve_length": 500.0, "curve_cant": cant, "curve_start": 5.0,
                "transition_length": 10.0, "primary_damping_y": 21000.0}  # fmt: skip
     run = damped.run(20.0, damped.p(values), every=200)
@@ -261,15 +261,15 @@ def test_steady_curve_meets_hand_calculation(damped: Joined) -> None:
     assert outer - loads / 2 == pytest.approx((side * height + G * outwards) / (2 * 0.7475), rel=0.03)
     H = 22.04 * 2000 * 2 * np.pi / 60
     for end in ("front", "rear"):
-        assert run[f"{end}_gyro.pitch_moment"][steady].mean() == pytest.approx(-H * v / R, rel=0.01)
-        assert abs(run[f"{end}_gyro.yaw_moment"][steady].mean()) < 0.02 * H * v / R
+        assert run[f"{end}.pitch_moment"][steady].mean() == pytest.approx(-H * v / R, rel=0.01)
+        assert abs(run[f"{end}.yaw_moment"][steady].mean()) < 0.02 * H * v / R
 
 
 def test_derailment_is_reported_before_the_model_ends(alone: Joined) -> None:
     """Set A without gyro at 8 m/s leaves the rails: the run says so, every output is finite up to there and beyond."""
     p = alone.p(parameter_set("A").vehicle | {"speed": 8.0, "curve_turn": 1.0, "curve_start": 5.0, "curve_length": 300.0})
     x = alone.x({"front_yaw_angle": 0.03})
-    run = alone.run(40.0, p, x, every=40)
+    run = alone.run(40.0, p, x, every=40, until="derailed")
     assert run["derailed"][-1] == 1.0
     assert np.all(run["derailed"][:-1] == 0.0)
     climbs = [run[f"{end}_{side}_climb"] for end in ("front", "rear") for side in ("left", "right")]
