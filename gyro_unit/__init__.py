@@ -1,13 +1,24 @@
 """Gyro units: passive dampers behind one connector, swapped by name.
 
 `VARIANTS` maps the name of a variant to the function that makes the component; nothing is loaded before it is asked for.
-The first is the default.
+The first is the default. A name alone is the 1/10-scale unit of Table 1, with `_full` the unit of Table 2 (`consistent` mends
+what is wrong in Table 1 only).
 """
 
 VARIANTS = {
     "linear": "gyro_unit.linear:linear",
     "nonlinear": "gyro_unit.nonlinear:nonlinear",
     "consistent": "gyro_unit.nonlinear:consistent",
+    "multibody": "gyro_unit.multibody:multibody",
+    "twin": "gyro_unit.twin:twin",
+    "off": "gyro_unit.held:off",
+    "locked": "gyro_unit.held:locked",
+    "hil": "gyro_unit.hil:small",
     "linear_full": "gyro_unit.linear:linear_full",
     "nonlinear_full": "gyro_unit.nonlinear:nonlinear_full",
+    "multibody_full": "gyro_unit.multibody:multibody_full",
+    "twin_full": "gyro_unit.twin:twin_full",
+    "off_full": "gyro_unit.held:off_full",
+    "locked_full": "gyro_unit.held:locked_full",
+    "hil_full": "gyro_unit.hil:full",
 }

@@ -9,8 +9,9 @@ The rotor's momentum is H e_x1, e_x1 = (cos(eta), 0, -sin(eta)) the spin axis in
 absolute rate omega it needs the torque omega x H e_x1 = H (omega_z1 e_y - omega_y e_z1), e_z1 = (sin(eta), 0, cos(eta)).
 Its y part stands in (1), the reaction of its z1 part on the frame is (3).
 
-The gimbal's own inertias about x1 and z1 ride on the frame (they belong to the vehicle), and the term that couples them
-with the gimbal rate, of second order in the frame's rates, is left out: it vanishes for a gimbal with equal inertias.
+The gimbal's own inertias about x1 and z1 ride on the frame (they belong to the vehicle). Left out are the terms of second
+order in the rates that couple them with the gimbal's motion and do no work, I_y omega_y (psi' e_x - phi' e_z) on the frame:
+multibody.py has them, and the rotor's speed as a freedom.
 
 Energy: E = I_y omega_y^2 / 2 + k eta^2 / 2 gives E' = -(M_x phi' + M_y theta' + M_z psi') - c eta'^2, exactly.
 Source: paper, eqs. (2)-(3); the sines and cosines are ours: the paper linearises.

@@ -28,7 +28,7 @@ def made(**changes: object) -> Component:
     return build(**options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("spec", COMPONENTS)
+@pytest.mark.parametrize("spec", [spec for spec in COMPONENTS if ":hil" not in spec])  # a rig clips and rounds
 def test_step_of_a_component_has_the_order_of_its_method(spec: str) -> None:
     """One internal step of h against two of h/2: the difference falls as h^(order + 1)."""
     c = catalogue.component(spec)
@@ -40,7 +40,7 @@ def test_step_of_a_component_has_the_order_of_its_method(spec: str) -> None:
     def defect(h: float) -> float:
         whole = np.array(c.step(x, U, p, 0.0, h))
         half = np.array(c.step(c.step(x, U, p, 0.0, h / 2), U, p, h / 2, h / 2))
-        return float(np.abs(whole - half).max())
+        return float(np.abs(whole - half).max(initial=0.0))
 
     h = 4 * c.internal_step
     assert defect(h) < 1e-3  # a coarse step is near already

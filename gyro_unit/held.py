@@ -1,0 +1,101 @@
+"""What is left of the unit where its rotor is at rest, or where its gimbal is locked. SI units.
+
+`off`, rotor at rest (H = 0): the gimbal is a pendulum without gravity on its spring and damper, which only pitch moves,
+
+    I_y omega_y' = -k eta - c eta',   eta' = omega_y - theta'                   (1)
+    M_y = k eta + c eta',   M_x = M_z = 0                                       (2)
+
+`locked`, gimbal fixed at eta = 0, rotor turning: the rotor's momentum H e_x turns with the frame,
+
+    (M_x, M_y, M_z) = -omega x H e_x = (0, -H psi', H theta')                   (3)
+
+which does no work: M_y theta' + M_z psi' = 0. The locked gimbal's own inertia about y would ride on the frame as those
+about x and z always do; with a free gimbal it does not, and since no acceleration crosses the wall it is left out here.
+
+Energy: E' = -(sum of moment times rate) - c eta'^2, exactly, with E = (I_y omega_y^2 + k eta^2) / 2 in `off`, E = 0 in `locked`
+(the rotor keeps its speed in the gimbal, so its energy is a constant, left out).
+Source: nonlinear.py with H = 0, and with eta = 0; the two ends between which every gyro unit lies.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from component import Component, Variable, build, output
+from gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from gyro_unit.parameters import FULL, SMALL
+
+OFF = """\
+I_yg omega_y' = -k eta - c eta',   eta' = omega_y - theta'     (1)
+M_y = k eta + c eta',   M_x = M_z = 0                          (2)
+k = k_g d_g^2,   c = c_g d_g^2"""
+
+LOCKED = """\
+M_x = 0,   M_y = -H psi',   M_z = H theta',   eta = 0     (3)
+H = I_xg Omega"""
+
+ROTOR = ("rotor_speed", "rotor_inertia")
+FIXED = (output("gimbal_angle", "rad", "angle of the inner gimbal against the frame: locked", symbol="eta", nominal=0.1),)
+
+
+def _off(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """State derivatives and outputs in the source's symbols."""
+    I_y = s["gimbal_inertia"]
+    k, c = s["gimbal_stiffness"] * s["spring_arm"] ** 2, s["gimbal_damping"] * s["spring_arm"] ** 2
+    eta, omega_y = s["gimbal_angle"], s["gimbal_pitch_rate"]
+
+    eta_dot = omega_y - s["pitch_rate"]
+    M_y = k * eta + c * eta_dot  # (2)
+    return (
+        {"gimbal_angle": eta_dot, "gimbal_pitch_rate": -M_y / I_y},  # (1)
+        {
+            "yaw_moment": 0,
+            "roll_moment": 0,
+            "pitch_moment": M_y,
+            "stored_energy": (I_y * omega_y**2 + k * eta**2) / 2,
+            "dissipated_power": c * eta_dot**2,
+        },
+    )
+
+
+def _locked(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """No states; outputs in the source's symbols."""
+    H = s["rotor_inertia"] * s["rotor_speed"]
+    moments = {"roll_moment": 0, "pitch_moment": -H * s["yaw_rate"], "yaw_moment": H * s["pitch_rate"]}  # (3)
+    return {}, {**moments, "gimbal_angle": 0, "stored_energy": 0, "dissipated_power": 0}
+
+
+def off() -> Component:
+    """Rotor at rest, Table 1's numbers."""
+    return _resting("off", "Gyro unit with its rotor at rest", SMALL)
+
+
+def off_full() -> Component:
+    """Rotor at rest, Table 2's numbers."""
+    return _resting("off_full", "Full-scale gyro unit with its rotor at rest", FULL)
+
+
+def locked() -> Component:
+    """Gimbal locked, Table 1's numbers."""
+    return _fixed("locked", "Gyro unit with its gimbal locked", SMALL)
+
+
+def locked_full() -> Component:
+    """Gimbal locked, Table 2's numbers."""
+    return _fixed("locked_full", "Full-scale gyro unit with its gimbal locked", FULL)
+
+
+def _resting(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+    table = tuple(v for v in parameters if v.name not in ROTOR)
+    return build(
+        name="gyro_unit", variant=variant, description=description, equations=OFF,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *table), model=_off, internal_step=1e-3, bonds=BONDS,
+    )  # fmt: skip
+
+
+def _fixed(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+    table = tuple(v for v in parameters if v.name in ROTOR)
+    return build(
+        name="gyro_unit", variant=variant, description=description, equations=LOCKED,
+        variables=(*CONNECTOR, *FIXED, *ENERGY, *table), model=_locked, internal_step=1e-3, bonds=BONDS,
+    )  # fmt: skip
