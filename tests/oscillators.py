@@ -83,8 +83,9 @@ def crossed(direct: float = 1.0) -> Component:
     """Passes its input straight on; two of them in a ring are an algebraic loop."""
     return build(
         name="oscillator", variant="crossed", description="a gain", equations="", internal_step=1e-3,
-        variables=[input_("u", "1", "in"), output("y", "1", "out"), parameter("gain", direct, "1", "gain", source="test")],
-        model=lambda s: ({}, {"y": s["gain"] * s["u"]}),
+        variables=[input_("u", "1", "in"), output("y", "1", "out"), parameter("gain", direct, "1", "gain", source="test"),
+                   parameter("bias", 0.0, "1", "what is added", source="test")],
+        model=lambda s: ({}, {"y": s["gain"] * s["u"] + s["bias"]}),
     )  # fmt: skip
 
 

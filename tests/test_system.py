@@ -33,10 +33,6 @@ def wired(*connections: Connection, sources: tuple[str, ...] = (GAIN, GAIN), bon
             lambda: wired(Connection(("a", "y"), ("b", "force")), sources=(GAIN, f"{oscillators.HERE}:left")),
             r"units must fit: a\.y is in '1', b\.force in 'N'",
         ),
-        (
-            lambda: wired(Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))),
-            r"no algebraic loop, has (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)",
-        ),
         (lambda: wired(bonds=(PowerBond(("a", "nothing"), ("b", "y")),)), r"unknown signal of a power bond: 'a\.nothing'"),
         (lambda: wired(bonds=(PowerBond(("a", "y"), ("b", "y")),)), r"motion a\.y must be connected to 'b'"),
     ],

@@ -6,8 +6,8 @@ run = simulate(system("wheel-pair"), algorithm=Jacobi(1), step=1e-3, stop=60.0)
 print(run.trajectory["vehicle.yaw_angle"][-1], run.energy_residual)
 """
 
-from cosim.coupling import Algorithm, GaussSeidel, Jacobi
-from cosim.errors import RunError, SlaveError, WiringError
+from cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
+from cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
 from cosim.master import Run, simulate
 from cosim.ssd import system
 from cosim.system import Connection, Part, PowerBond, System
@@ -16,7 +16,9 @@ from cosim.trajectory import Trajectory
 __all__ = [
     "Algorithm",
     "Connection",
+    "ConvergenceError",
     "GaussSeidel",
+    "Iterated",
     "Jacobi",
     "Part",
     "PowerBond",

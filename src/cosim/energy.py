@@ -17,7 +17,6 @@ import numpy as np
 from component.units import unit
 from cosim.network import Bond, Network
 
-_CHUNK = 2048
 # value half a step after the second newest point, from the newest, second newest, ... point
 _MIDDLE = {2: (1 / 2, 1 / 2), 3: (3 / 8, 6 / 8, -1 / 8), 4: (5 / 16, 15 / 16, -5 / 16, 1 / 16)}
 
@@ -43,74 +42,85 @@ class BondEnergy:
 
 
 class EnergyMeter:
-    """Sums the residual of every bond; record() is cheap, the arithmetic is done chunk by chunk."""
+    """Sums the residual of every bond over the macro steps handed to add().
+
+    signals : places in Y of motion and effort of each bond in turn, shape (2 bonds,).
+    """
 
     def __init__(self, network: Network, Y: np.ndarray) -> None:
-        self._network = network
-        self._signals = np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=int)
+        self._bonds = network.bonds
+        self.signals = np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=int)
         n = len(network.bonds)
         self._residual, self._peak, self._exchanged = np.zeros(n), np.zeros(n), np.zeros(n)
         self._factor = np.array([_factor(network, b) for b in network.bonds])
-        self._past: list[np.ndarray] = [Y[self._signals]]  # up to 3 points before the chunk, oldest first
-        self._points: list[np.ndarray] = []
-        self._used: list[list[np.ndarray]] = []
-        self._lengths: list[float] = []
+        ends = [place for b in network.bonds for place in (b.motion_input, b.effort_input)]
+        conversions = [next((a, c) for _, place, a, c in network.wires(i) if place == j) for i, j in ends]
+        self._scale, self._offset = (np.array([c[k] for c in conversions]) for k in (0, 1))
+        self._step = 0.0  # the last step's length, s
+        self._past = [Y[self.signals]]  # up to 3 points before the next step, oldest first
 
-    def record(self, h: float, Y: np.ndarray, used: list[np.ndarray]) -> None:
-        """One macro step of h (s) that reached Y under the inputs `used`, per slave of shape (3, n_u)."""
-        if not self._signals.size:
+    def add(self, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> None:
+        """n macro steps of h (s), shape (n,), that reached Y, shape (n, n_Y), under inputs `used`, shape (n, 2 bonds, 3)."""
+        if not self.signals.size or not len(h):
             return
-        self._points.append(Y[self._signals])
-        self._used.append(used)
-        self._lengths.append(h)
-        if len(self._points) == _CHUNK:
-            self._flush()
+        known = len(self._past)
+        Z = np.array([*self._past, *Y[:, self.signals]])
+        start, end = Z[known - 1 : -1], Z[known:]
+        middle = self._middle(Z, known, h, self._step or float(h[0]))
+        self._step = float(h[-1])
+        s = np.array([0.0, 0.5, 1.0]) * h[:, None]  # the points of Simpson's rule
+        true = np.stack([start, middle, end], axis=2)  # (n, 2 bonds, 3)
+        taken = used[:, :, :1] + used[:, :, 1:2] * s[:, None] + used[:, :, 2:] * s[:, None] ** 2 / 2
+        taken = (taken - self._offset[:, None]) / self._scale[:, None]
+        w, M, w_taken, M_taken = true[:, ::2], true[:, 1::2], taken[:, ::2], taken[:, 1::2]
+        residual = (M_taken * w - M * w_taken) * self._factor[:, None]
+        weights = np.array([1.0, 4.0, 1.0]) / 6.0
+        self._residual += np.einsum("nbs,s,n->b", residual, weights, h)
+        self._exchanged += np.einsum("nbs,s,n->b", np.abs(M * w * self._factor[:, None]), weights, h)
+        self._peak = np.maximum(self._peak, np.abs(residual).max(axis=(0, 2)))
+        self._past = list(Z[-3:])
+
+    @staticmethod
+    def _middle(Z: np.ndarray, known: int, h: np.ndarray, before: float) -> np.ndarray:
+        """The signals half-way through each step, by interpolation through the last points reached where steps are even."""
+        n = len(h)
+        middle = np.empty_like(Z[known:])
+        cold = min(n, max(0, 3 - known))  # the first steps of a run have fewer points behind them
+        for k in range(cold):
+            middle[k] = sum(weight * Z[known + k - j] for j, weight in enumerate(_MIDDLE[known + k + 1]))
+        middle[cold:] = sum(weight * Z[known + cold - j : known + n - j] for j, weight in enumerate(_MIDDLE[4]))
+        uneven = np.flatnonzero(np.abs(np.diff(h, prepend=before)) > 1e-9 * h)
+        middle[uneven] = (Z[known + uneven] + Z[known + uneven - 1]) / 2
+        return middle
 
     def result(self) -> tuple[BondEnergy, ...]:
         """The sums so far."""
-        if self._points:
-            self._flush()
-        rows = zip(self._network.bonds, self._residual, self._peak, self._exchanged, strict=True)
+        rows = zip(self._bonds, self._residual, self._peak, self._exchanged, strict=True)
         return tuple(BondEnergy(b.name, float(r), float(p), float(e)) for b, r, p, e in rows)
 
-    def _flush(self) -> None:
-        known = len(self._past)
-        Z = np.array([*self._past, *self._points])  # (known + n, 2 bonds)
-        h = np.array(self._lengths)
-        n = len(h)
-        end, start = Z[known:], Z[known - 1 : -1]
-        middle = np.empty_like(end)
-        cold = min(n, max(0, 3 - known))  # the first steps of a run have fewer points behind them
-        for k in range(cold):
-            weights = _MIDDLE[known + k + 1]
-            middle[k] = sum(weight * Z[known + k - j] for j, weight in enumerate(weights))
-        middle[cold:] = sum(weight * Z[known + cold - j : known + n - j] for j, weight in enumerate(_MIDDLE[4]))
-        if n > 1 and abs(h[-1] - h[-2]) > 1e-9 * h[-2]:  # the last, shorter step does not fit the even spacing
-            middle[-1] = (end[-1] + start[-1]) / 2
-        sums = np.zeros((len(self._network.bonds), n, 3))
-        powers = np.zeros_like(sums)
-        for i, bond in enumerate(self._network.bonds):
-            w = np.stack([start[:, 2 * i], middle[:, 2 * i], end[:, 2 * i]], axis=1)
-            M = np.stack([start[:, 2 * i + 1], middle[:, 2 * i + 1], end[:, 2 * i + 1]], axis=1)
-            w_used = self._input(bond.motion_input, h)
-            M_used = self._input(bond.effort_input, h)
-            sums[i] = (M_used * w - M * w_used) * self._factor[i]
-            powers[i] = M * w * self._factor[i]
-        simpson = np.array([1.0, 4.0, 1.0]) / 6.0
-        self._residual += (sums @ simpson) @ h
-        self._exchanged += (np.abs(powers) @ simpson) @ h
-        self._peak = np.maximum(self._peak, np.abs(sums).max(axis=(1, 2)))
-        self._past = list(Z[-3:])
-        self._points, self._used, self._lengths = [], [], []
+    def state(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps."""
+        sums = {"residual": self._residual, "peak": self._peak, "exchanged": self._exchanged}
+        return {**sums, "past": np.array(self._past), "step": np.array(self._step)}
 
-    def _input(self, place: tuple[int, int], h: np.ndarray) -> np.ndarray:
-        """The polynomial of one input at start, middle and end of every step, in the unit of its source; (n, 3)."""
-        i, j = place
-        U = np.array([used[i][:, j] for used in self._used])
-        s = h[:, None] * np.array([0.0, 0.5, 1.0])
-        values = U[:, :1] + U[:, 1:2] * s + U[:, 2:] * s**2 / 2
-        ((scale, offset),) = [(a, b) for _, place_in_u, a, b in self._network.wires(i) if place_in_u == j]
-        return (values - offset) / scale
+    def resume(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from what state() gave."""
+        self._residual, self._peak, self._exchanged = (state[k].copy() for k in ("residual", "peak", "exchanged"))
+        self._past, self._step = list(state["past"]), float(state["step"])
+
+
+def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:
+    """Size of the residual power and of the power of every bond (W) at the end of a step of h (s) that reached Y."""
+    residual, power = np.zeros(len(network.bonds)), np.zeros(len(network.bonds))
+    for row, bond in enumerate(network.bonds):
+        taken = []
+        for i, j in (bond.motion_input, bond.effort_input):
+            scale, offset = next((a, c) for _, place, a, c in network.wires(i) if place == j)
+            U = used[i][:, j]
+            taken.append((U[0] + h * (U[1] + h * U[2] / 2) - offset) / scale)
+        w, M, factor = Y[bond.motion], Y[bond.effort], _factor(network, bond)
+        residual[row], power[row] = abs((taken[1] * w - M * taken[0]) * factor), abs(M * w * factor)
+    return residual, power
 
 
 def _factor(network: Network, bond: Bond) -> float:

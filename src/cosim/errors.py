@@ -23,3 +23,7 @@ class SlaveError(RunError):
 
 class WiringError(ValueError):
     """A system whose connections cannot be made: unknown names, two sources, units that do not fit, an algebraic loop."""
+
+
+class ConvergenceError(RunError):
+    """An iteration that does not converge: a macro step of an iterated algorithm, or an algebraic loop."""

@@ -8,11 +8,13 @@ from types import TracebackType
 
 import numpy as np
 
-from component.units import compatible, power_pair, unit
+from component.units import power_pair, unit
 from cosim.catalogue import unknown
-from cosim.errors import WiringError
+from cosim.dataflow import cycle, loops, strong_components
+from cosim.errors import ConvergenceError, WiringError
 from cosim.slaves import Slave
 from cosim.system import Connection, PowerBond, System
+from cosim.wiring import Inputs, check_ports, connections, refuse_excluded, start_inputs, transfer
 
 
 @dataclass(frozen=True)
@@ -30,40 +32,66 @@ class Bond:
     effort_input: tuple[int, int]
 
 
-class _Inputs:
-    """How the inputs of one slave follow from all outputs.
+def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
+    """The least-squares projection over [0, h] of an input polynomial U, shape (3, n_u), on a lower degree.
 
-    joined : (place in Y, place in u, factor, offset) of each connected input.
-    start : shape (n_u,), what unconnected inputs keep.
+    A slave that follows constant inputs then sees the mean, one that follows linear ones the best line: constant keeps
+    order 2, linear order 3, where cutting the polynomial off would lose one.
+    """
+    if degree >= 2 or not U[degree + 1 :].any():
+        return U
+    value, slope = U[0] - U[2] * (h * h / 12), U[1] + U[2] * (h / 2)  # s^2 / 2 is on [0, h] nearest to h s / 2 - h^2 / 12
+    if degree == 0:
+        value, slope = value + slope * (h / 2), np.zeros_like(slope)
+    return np.array([value, slope, np.zeros_like(slope)])
+
+
+class LoopSolver:
+    """Solves one algebraic loop: the outputs in it, at the places `group` of Y, such that evaluating them changes nothing.
+
+    Newton's method with the Jacobian by differences, kept from one communication point to the next as long as it serves.
     """
 
-    def __init__(self, joined: list[tuple[int, int, float, float]], start: np.ndarray) -> None:
-        self.joined, self.start = joined, start
-        self._source, self._into = _slice([wire[0] for wire in joined]), _slice([wire[1] for wire in joined])
-        self._scale, self._offset = np.array([wire[2] for wire in joined]), np.array([wire[3] for wire in joined])
-        self._scaled, self._shifted = bool((self._scale != 1.0).any()), bool(self._offset.any())
-        self._whole = len(joined) == start.size and not self._shifted
-        self._template = np.vstack([start, np.zeros((2, start.size))])
+    def __init__(self, network: "Network", group: Sequence[int]) -> None:
+        self._network, self._places = network, np.array(group)
+        inside = set(group)
+        self._slaves = [i for i, part in enumerate(network.slices) if inside & set(range(part.start, part.stop))]
+        self._jacobian: np.ndarray | None = None
 
-    def of(self, C: np.ndarray) -> np.ndarray:
-        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3."""
-        part = C[:, self._source]
-        if self._scaled:
-            part = part * self._scale
-        if self._whole:
-            return part.copy()  # never a view: the caller may keep it
-        U = self._template[: len(C)].copy()
-        U[:, self._into] = part
-        if self._shifted:
-            U[0, self._into] += self._offset
-        return U
+    def solve(self, Y: np.ndarray, t: float) -> None:
+        """Write the solution into Y; ConvergenceError if there is none within 50 iterations."""
+        z = Y[self._places]
+        for iteration in range(50):
+            residual = self._evaluated(Y, z, t) - z
+            if not np.any(np.abs(residual) > 1e-12 * np.maximum(1.0, np.abs(z))):
+                Y[self._places] = z + residual
+                return
+            if self._jacobian is None or iteration % 5 == 4:
+                self._jacobian = self._differences(Y, z, z + residual, t)
+            z = z + np.linalg.lstsq(np.eye(z.size) - self._jacobian, residual)[0]
+        names = ", ".join(self._network.names[k] for k in self._places)
+        raise ConvergenceError(
+            f"the algebraic loop of {names} must have a solution at t = {t:.9g} s, none found in 50 iterations"
+        )
 
+    def _evaluated(self, Y: np.ndarray, z: np.ndarray, t: float) -> np.ndarray:
+        """The outputs of the loop after one evaluation of its slaves from the values z."""
+        before = Y.copy()
+        before[self._places] = z
+        after = before.copy()
+        for i in self._slaves:
+            trial = before.copy()
+            self._network.evaluate(i, trial, t)
+            after[self._network.slices[i]] = trial[self._network.slices[i]]
+        return after[self._places]
 
-def _slice(places: list[int]) -> slice | np.ndarray:
-    """`places` as a slice where they follow one another, which numpy serves without copying."""
-    if places and places == list(range(places[0], places[0] + len(places))):
-        return slice(places[0], places[0] + len(places))
-    return np.array(places, dtype=int)
+    def _differences(self, Y: np.ndarray, z: np.ndarray, base: np.ndarray, t: float) -> np.ndarray:
+        J = np.zeros((z.size, z.size))
+        for column in range(z.size):
+            moved = z.copy()
+            moved[column] += 1e-6 * max(1.0, abs(z[column]))
+            J[:, column] = (self._evaluated(Y, moved, t) - base) / (moved[column] - z[column])
+        return J
 
 
 class Network:
@@ -72,19 +100,28 @@ class Network:
     names, units : of Y, as `component.variable`.
     slices : the part of Y that belongs to each slave.
     do_step_s : seconds each slave has spent in steps since initialize().
-    order : slave indices such that one pass of outputs in this order is consistent, sources before what feeds through.
+    substeps : in how many parts each slave does a macro step; the constructor takes them by component name.
+    order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
+    one_pass : one evaluation of each slave in that order makes all outputs consistent.
+    loops : each algebraic loop spelled out; outputs() solves them.
+    coupled, largest : places in Y that feed an input, and the largest size each has had in iterated runs.
+    held : places in Y that are never extrapolated.
     """
 
-    def __init__(self, system: System, slaves: Sequence[Slave]) -> None:
+    def __init__(self, system: System, slaves: Sequence[Slave], *, substeps: Mapping[str, int] | None = None) -> None:
         self.system, self.slaves = system, tuple(slaves)
         place = {s.name: i for i, s in enumerate(self.slaves)}
         ends = np.cumsum([0, *(len(s.outputs) for s in self.slaves)])
         self.slices = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self.names = tuple(f"{s.name}.{y.name}" for s in self.slaves for y in s.outputs)
+        self._where = {name: k for k, name in enumerate(self.names)}
         self.units = tuple(y.unit for s in self.slaves for y in s.outputs)
-        self.values = tuple(s.start_values(part.values) for s, part in zip(self.slaves, system.parts, strict=True))
-        self._inputs: list[_Inputs] = []
-        wires = {c.end: c for c in system.connections}
+        self.values = tuple(s.start_values(part.values, part.bound) for s, part in zip(self.slaves, system.parts, strict=True))
+        for part, slave in zip(system.parts, self.slaves, strict=True):
+            check_ports(part, slave)
+        self._inputs: list[Inputs] = []
+        signals = tuple(y for s in self.slaves for y in s.outputs)
+        wires = {c.end: c for c in connections(system, self.slaves)}
         self.feeds: dict[int, list[tuple[int, int]]] = {}  # place in Y -> the (slave, place in u) it feeds
         for i, slave in enumerate(self.slaves):
             joined = []
@@ -93,23 +130,42 @@ class Network:
                 if wire is not None:
                     source = self._place(wire, place)
                     self.feeds.setdefault(source, []).append((i, j))
-                    joined.append((source, j, *_conversion(wire, self.units[source], signal.unit)))
-            start = np.array([self.values[i].get(s.name, s.start or 0.0) for s in slave.inputs])
-            self._inputs.append(_Inputs(joined, start))
-        for end, _ in wires.items():
+                    joined.append((source, j, transfer(wire, signals[source], signal)))
+            self._inputs.append(Inputs(joined, start_inputs(slave, self.values[i])))
+        for end, wire in wires.items():
             slave = self.slaves[place[end[0]]]
+            refuse_excluded(wire, 1, slave)
             raise unknown(f"input of {slave.name!r}:", end[1], [s.name for s in slave.inputs])
         self.do_step_s = [0.0] * len(self.slaves)
-        self.order = self._evaluation_order()
+        self.substeps = self._substeps(substeps or {})
+        self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
+        self.coupled = np.array(sorted(self.feeds), dtype=int)
+        self.largest = np.zeros(self.coupled.size)
+        self._order(self._needs())
         self.bonds = self._bonds(place)
+
+    def _substeps(self, given: Mapping[str, int]) -> list[int]:
+        known = [s.name for s in self.slaves]
+        for name, parts in given.items():
+            if name not in known:
+                raise unknown("component with sub-steps:", name, known)
+            if parts < 1 or parts != int(parts):
+                raise ValueError(f"sub-steps of {name!r} must be a whole number of at least 1, got {parts!r}")
+        return [int(given.get(name, 1)) for name in known]
+
+    def refuse_loops(self) -> None:
+        """WiringError if the system has an algebraic loop."""
+        if self.loops:
+            raise WiringError(f"system {self.system.name!r} must have no algebraic loop, has {self.loops[0]}")
 
     def _place(self, wire: Connection, place: Mapping[str, int]) -> int:
         """Where the source of a connection stands in Y."""
-        i = place[wire.start[0]]
-        names = [y.name for y in self.slaves[i].outputs]
-        if wire.start[1] not in names:
+        found = self._where.get(".".join(wire.start))
+        if found is None:
+            refuse_excluded(wire, 0, self.slaves[place[wire.start[0]]])
+            names = [y.name for y in self.slaves[place[wire.start[0]]].outputs]
             raise unknown(f"output of {wire.start[0]!r}:", wire.start[1], names)
-        return self.slices[i].start + names.index(wire.start[1])
+        return found
 
     def inputs(self, i: int, C: np.ndarray) -> np.ndarray:
         """The input polynomial U, shape (m, n_u), of slave i from C, shape (m, n_Y): value and derivatives of all outputs."""
@@ -125,20 +181,45 @@ class Network:
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
-        row = Y[None, :]  # a view: an output written below is seen by those after it
-        for i in self.order:
-            Y[self.slices[i]] = self.slaves[i].output(self._inputs[i].of(row)[0], t)
+        for group, solvers in self._groups:
+            for solver in solvers:
+                solver.solve(Y, t)
+            for i in group:
+                self.evaluate(i, Y, t)
         return Y
 
-    def step(self, i: int, U: np.ndarray, t: float, h: float) -> None:
-        """Step slave i from t over h (s) under U, shape (3, n_u); the time it takes is added to `do_step_s`."""
+    def evaluate(self, i: int, Y: np.ndarray, t: float) -> None:
+        """The outputs of slave i at t (s) for the inputs that Y gives it, written into Y."""
+        Y[self.slices[i]] = self.slaves[i].output(self._inputs[i].of(Y[None, :])[0], t)
+
+    def step(self, i: int, U: np.ndarray, t: float, h: float) -> np.ndarray:
+        """Step slave i from t over h (s) under U, shape (3, n_u), in as many parts as `substeps` says.
+
+        Returns the U that it followed: what the slave cannot follow is projected on what it can. The time that the slave
+        takes is added to `do_step_s`.
+        """
+        slave, parts = self.slaves[i], self.substeps[i]
         began = perf_counter()
-        self.slaves[i].step(U, t, h)
+        if parts == 1:
+            U = projected(U, h, slave.input_degree)
+            slave.step(U, t, h)
+        else:
+            part = h / parts
+            for m in range(parts):
+                s = m * part
+                moved = np.array([U[0] + U[1] * s + U[2] * (s * s / 2), U[1] + U[2] * s, U[2]])
+                slave.step(projected(moved, part, slave.input_degree), t + s, part)
         self.do_step_s[i] += perf_counter() - began
+        return U
+
+    def interface_jacobian(self, h: float) -> np.ndarray | None:
+        """A first guess of how the coupled outputs after a step of h (s) depend on those assumed for it; None: not known."""
+        return None
 
     def initialize(self, t: float, stop: float) -> np.ndarray:
         """Start every slave at t (s); returns the first Y."""
         self.do_step_s = [0.0] * len(self.slaves)
+        self.largest[:] = 0.0
         for slave, values in zip(self.slaves, self.values, strict=True):
             slave.initialize(values, t, stop)
         return self.outputs(np.zeros(len(self.names)), t)
@@ -166,33 +247,32 @@ class Network:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
 
-    def _evaluation_order(self) -> tuple[int, ...]:
-        """Slaves sorted so that whatever feeds through comes after its sources; ties in system order.
-
-        WiringError where signals depend on themselves without delay, with the loop spelled out.
-        """
-        needs: dict[int, list[int]] = {}  # output -> outputs it depends on directly, through its own slave's inputs
+    def _needs(self) -> dict[int, list[int]]:
+        """Place in Y -> the places that it depends on directly, through its own slave's inputs."""
+        needs: dict[int, list[int]] = {}
         for source, targets in self.feeds.items():
             for i, j in targets:
                 for row in np.flatnonzero(self.slaves[i].feedthrough[:, j]):
                     needs.setdefault(self.slices[i].start + int(row), []).append(source)
-        loop = _cycle(needs)
-        if loop:
-            path = " -> ".join(self.names[k] for k in reversed(loop))
-            raise WiringError(f"system {self.system.name!r} must have no algebraic loop, has {path}")
+        return needs
+
+    def _order(self, needs: Mapping[int, Sequence[int]]) -> None:
+        """Group the slaves so that whatever feeds through comes after its sources; ties in system order."""
         owner = np.repeat(np.arange(len(self.slaves)), [len(s.outputs) for s in self.slaves])
-        after = {int(owner[y]): {int(owner[s]) for s in sources} for y, sources in needs.items()}
-        for y, sources in needs.items():
-            after[int(owner[y])] |= {int(owner[s]) for s in sources}
-        order: list[int] = []
-        left = list(range(len(self.slaves)))
-        while left:
-            ready = next((i for i in left if after.get(i, set()) - {i} <= set(order)), None)
-            if ready is None:  # no signal depends on itself, but slaves do: sweep often enough for every chain
-                return (*order, *left * (len(left) + 1))
-            order.append(ready)
-            left.remove(ready)
-        return tuple(order)
+        sources: dict[int, list[int]] = {}
+        for y, places in needs.items():
+            sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
+        found = loops(needs, needs)
+        self.loops = tuple(" -> ".join(self.names[k] for k in cycle(group, needs)) for group in found)
+        solvers = {int(owner[group[0]]): LoopSolver(self, group) for group in found}
+        self._groups: list[tuple[list[int], list[LoopSolver]]] = []
+        self.one_pass = True
+        for group in strong_components(range(len(self.slaves)), sources):
+            inside = [solvers[i] for i in group if i in solvers]
+            # Slaves may need one another although no signal needs itself: then every chain is passed in len(group) sweeps.
+            self.one_pass = self.one_pass and len(group) == 1
+            self._groups.append((group if len(group) == 1 else group * len(group), inside))
+        self.order = tuple(dict.fromkeys(i for group, _ in self._groups for i in group))
 
     def _bonds(self, place: Mapping[str, int]) -> tuple[Bond, ...]:
         """The system's power bonds; where it states none, the pairs of connections whose units leave no doubt."""
@@ -202,9 +282,9 @@ class Network:
             ends = {}
             for role, signal, other in (("motion", bond.motion, bond.effort), ("effort", bond.effort, bond.motion)):
                 name = ".".join(signal)
-                if name not in self.names:
+                if name not in self._where:
                     raise unknown("signal of a power bond:", name, self.names)
-                k = self.names.index(name)
+                k = self._where[name]
                 target = [t for t in self.feeds.get(k, []) if t[0] == place.get(other[0])]
                 if not target:
                     raise WiringError(f"power bond: {role} {name} must be connected to {other[0]!r}")
@@ -213,22 +293,6 @@ class Network:
             label = f"{bond.motion[0]}.{bond.motion[1]} x {bond.effort[0]}.{bond.effort[1]}"
             bonds.append(Bond(label, motion, effort, motion_input, effort_input))
         return tuple(bonds)
-
-
-def _conversion(wire: Connection, source: str, target: str) -> tuple[float, float]:
-    """Factor and offset from one unit to the other; none where either side states no unit."""
-    if not source or not target or source == target:
-        return 1.0, 0.0
-    a, b = ".".join(wire.start), ".".join(wire.end)
-    try:
-        if not compatible(source, target):
-            raise WiringError(f"units must fit: {a} is in {source!r}, {b} in {target!r}")
-    except WiringError:
-        raise
-    except ValueError as error:
-        raise WiringError(f"connection {a} -> {b}: {error}, and the units differ ({source!r}, {target!r})") from None
-    x, y = unit(source), unit(target)
-    return x.factor / y.factor, (x.offset - y.offset) / y.factor
 
 
 def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]:
@@ -251,22 +315,3 @@ def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]
             motion, effort = (there[0], back[0]) if motion_first else (back[0], there[0])
             found.append(PowerBond(motion.start, effort.start))
     return tuple(found)
-
-
-def _cycle(needs: Mapping[int, Sequence[int]]) -> list[int]:
-    """A cycle of the graph node -> nodes, first and last the same; empty if there is none. Iterative depth-first search."""
-    done: set[int] = set()
-    for root in needs:
-        path, stack = [root], [iter(needs.get(root, ()))]
-        while stack and root not in done:
-            for node in stack[-1]:
-                if node in path:
-                    return [*path[path.index(node) :], node]
-                if node not in done:
-                    path.append(node)
-                    stack.append(iter(needs.get(node, ())))
-                    break
-            else:
-                done.add(path.pop())
-                stack.pop()
-    return []

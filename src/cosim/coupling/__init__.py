@@ -1,0 +1,27 @@
+"""Coupling algorithms: which input polynomial each slave follows over a macro step, in which order, how often."""
+
+from collections.abc import Callable, Sequence
+
+from cosim.coupling.base import Algorithm
+from cosim.coupling.explicit import Explicit, GaussSeidel, Jacobi
+from cosim.coupling.history import MAX_DEGREE, History
+from cosim.coupling.iterated import Iterated
+
+__all__ = ["ALGORITHMS", "MAX_DEGREE", "Algorithm", "Explicit", "GaussSeidel", "History", "Iterated", "Jacobi", "algorithm"]
+
+ALGORITHMS: dict[str, Callable[[int], Algorithm]] = {
+    "jacobi": Jacobi,
+    "gauss-seidel": GaussSeidel,
+    "nepce": lambda degree: Jacobi(degree, nepce=True),
+    "iterated": lambda degree: Iterated(degree, solver="aitken"),
+    "newton": lambda degree: Iterated(degree, solver="newton"),
+}
+
+
+def algorithm(name: str, degree: int, sequence: Sequence[str] = ()) -> Algorithm:
+    """The algorithm that the command line calls `name`."""
+    if name not in ALGORITHMS:
+        raise ValueError(f"algorithm must be one of {', '.join(ALGORITHMS)}, got {name!r}")
+    if sequence and name != "gauss-seidel":
+        raise ValueError(f"a sequence of components goes with gauss-seidel only, got {name!r}")
+    return GaussSeidel(degree, tuple(sequence)) if name == "gauss-seidel" else ALGORITHMS[name](degree)

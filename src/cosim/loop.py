@@ -1,0 +1,186 @@
+"""The inner loop for FMI 2.0 FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
+
+`march` is one source with two lives: for short runs it is run by Python as it stands, for long ones numba compiles it, with
+the four calls below replaced by calls through the same addresses. It repeats coupling/explicit.py and coupling/history.py
+operation by operation, so all three give the same bits; a test holds them to it.
+"""
+
+import ctypes
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+# Columns of the table of slaves, int64.
+COLUMNS = (
+    "instance", "set_real", "get_real", "do_step", "set_derivatives", "u_refs", "y_refs", "du_refs", "du_orders", "no_set_state",
+    "n_u", "n_y", "u_start", "y_start", "first", "last", "degree", "feeds_through",
+)  # fmt: skip
+(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, U_START,
+ Y_START, FIRST, LAST, DEGREE, FEEDS_THROUGH) = range(len(COLUMNS))  # fmt: skip
+CALLS = ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal", "finite")
+TIMED = 16  # one step in so many is timed
+
+
+@lru_cache(maxsize=1024)
+def _function(address: int, *types: Any) -> Any:
+    return ctypes.CFUNCTYPE(ctypes.c_int, *types)(address)
+
+
+_POINTER, _SIZE, _DOUBLE, _INT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_double, ctypes.c_int
+
+
+def values_call(address: int, instance: int, references: int, n: int, values: int) -> int:
+    """fmi2SetReal or fmi2GetReal through its address; all pointers are integers."""
+    return int(_function(int(address), _POINTER, _POINTER, _SIZE, _POINTER)(int(instance), int(references), int(n), int(values)))
+
+
+def derivatives_call(address: int, instance: int, references: int, n: int, orders: int, values: int) -> int:
+    """fmi2SetRealInputDerivatives through its address."""
+    call = _function(int(address), _POINTER, _POINTER, _SIZE, _POINTER, _POINTER)
+    return int(call(int(instance), int(references), int(n), int(orders), int(values)))
+
+
+def step_call(address: int, instance: int, t: float, h: float, no_set_state: int) -> int:
+    """fmi2DoStep through its address."""
+    return int(_function(int(address), _POINTER, _DOUBLE, _DOUBLE, _INT)(int(instance), float(t), float(h), int(no_set_state)))
+
+
+def clock_call(address: int, clock: int, time: int) -> int:
+    """clock_gettime through its address."""
+    return int(_function(int(address), _INT, _POINTER)(int(clock), int(time)))
+
+
+def march(
+    S: Any, source: Any, target: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
+    sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, bond_inputs: Any, bond_used: Any,
+    clock: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
+) -> int:  # fmt: skip
+    """Macro steps from row `row` of Y to row + rows; returns how many were done.
+
+    S : table of slaves, see COLUMNS.
+    source, target, scale, offset : per connected input, slave by slave (columns FIRST to LAST).
+    u, du : inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
+    orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.
+    Y, t, h : outputs, times and steps per row; Y holds at least `degree` earlier rows.
+    bond_inputs, bond_used : places in u and du, and for each step what was found there, shape (rows, n, 3).
+    spent : s per slave. kept : scratch, one number per connected input.
+    pointers : addresses of u, du, Y and now, then the number of the clock.
+    failure : slave, call (place in CALLS) and status of what stopped the march.
+    """
+    n_Y = Y.shape[1]
+    done_by = np.zeros(n_Y, dtype=np.bool_)
+    for k in range(rows):
+        r = row + k
+        step, t0 = h[r + 1], t[r]
+        s1 = t[r - 1] - t0 if degree > 0 else 0.0
+        s2 = t[r - 2] - t0 if degree > 1 else 0.0
+        timed = clock != 0 and k % TIMED == 0
+        if sequential:
+            done_by[:] = False
+        for i in sequence:
+            n_u, u0, instance = S[i, N_U], S[i, U_START], S[i, INSTANCE]
+            second = 2 * u0 + n_u
+            for q in range(S[i, FIRST], S[i, LAST]):
+                c, j = source[q], target[q]
+                y0 = Y[r, c]
+                value, slope, curvature = y0, 0.0, 0.0
+                if sequential and done_by[c]:
+                    yn = Y[r + 1, c]
+                    value = yn
+                    if degree > 0:
+                        a = (y0 - yn) / (0.0 - step)
+                        value, slope = yn - a * step, a
+                        if degree > 1:
+                            b = ((Y[r - 1, c] - y0) / (s1 - 0.0) - a) / (s1 - step)
+                            value = yn - a * step + b * (step * 0.0)
+                            slope = a - b * (step + 0.0)
+                            curvature = 2.0 * b
+                elif degree > 0:
+                    a = (Y[r - 1, c] - y0) / s1
+                    slope = a
+                    if degree > 1:
+                        b = ((Y[r - 2, c] - Y[r - 1, c]) / (s2 - s1) - a) / s2
+                        slope = a - b * s1
+                        curvature = 2.0 * b
+                value, slope, curvature = value * scale[q] + offset[q], slope * scale[q], curvature * scale[q]
+                if S[i, DEGREE] < 2:
+                    value -= curvature * (step * step / 12)
+                    slope += curvature * (step / 2)
+                    curvature = 0.0
+                    if S[i, DEGREE] == 0:
+                        value += slope * (step / 2)
+                        slope = 0.0
+                u[u0 + j], du[2 * u0 + j], du[second + j] = value, slope, curvature
+                if S[i, DEGREE] > 0 and orders[i] < 2:
+                    if curvature != 0.0:
+                        orders[i] = 2
+                    elif slope != 0.0 and orders[i] < 1:
+                        orders[i] = 1
+            if n_u > 0:
+                status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
+                if status > 1:
+                    failure[0], failure[1], failure[2] = i, 1, status
+                    return k
+                if orders[i] > 0:
+                    status = derivatives_call(
+                        S[i, SET_DERIVATIVES], instance, S[i, DU_REFS], orders[i] * n_u, S[i, DU_ORDERS], pointers[1] + 16 * u0
+                    )
+                    if status > 1:
+                        failure[0], failure[1], failure[2] = i, 2, status
+                        return k
+            if timed:
+                clock_call(clock, pointers[4], pointers[3])
+                began = now[0] + 1e-9 * now[1]
+            status = step_call(S[i, DO_STEP], instance, t0, step, S[i, NO_SET_STATE])
+            if timed:
+                clock_call(clock, pointers[4], pointers[3])
+                spent[i] += TIMED * (now[0] + 1e-9 * now[1] - began)
+            if status > 1:
+                failure[0], failure[1], failure[2] = i, 3, status
+                return k
+            if sequential:
+                if S[i, FEEDS_THROUGH] > 0:
+                    for q in range(S[i, FIRST], S[i, LAST]):
+                        j = target[q]
+                        kept[q] = u[u0 + j]  # the value at the start, put back below for the record
+                        u[u0 + j] = u[u0 + j] + step * (du[2 * u0 + j] + step * du[second + j] / 2)
+                    status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
+                    for q in range(S[i, FIRST], S[i, LAST]):
+                        u[u0 + target[q]] = kept[q]
+                    if status > 1:
+                        failure[0], failure[1], failure[2] = i, 1, status
+                        return k
+                at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
+                status = values_call(S[i, GET_REAL], instance, S[i, Y_REFS], S[i, N_Y], at)
+                if status > 1:
+                    failure[0], failure[1], failure[2] = i, 4, status
+                    return k
+                done_by[S[i, Y_START] : S[i, Y_START] + S[i, N_Y]] = True
+        for q in range(bond_inputs.shape[0]):
+            bond_used[k, q, 0] = u[bond_inputs[q, 0]]
+            bond_used[k, q, 1] = du[bond_inputs[q, 1]]
+            bond_used[k, q, 2] = du[bond_inputs[q, 2]]
+        for i in exchange:
+            if S[i, FEEDS_THROUGH] > 0:
+                u0 = S[i, U_START]
+                for q in range(S[i, FIRST], S[i, LAST]):
+                    u[u0 + target[q]] = Y[r + 1, source[q]] * scale[q] + offset[q]
+                status = values_call(S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], S[i, N_U], pointers[0] + 8 * u0)
+                if status > 1:
+                    failure[0], failure[1], failure[2] = i, 1, status
+                    return k
+            elif sequential:
+                continue
+            at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
+            status = values_call(S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
+            if status > 1:
+                failure[0], failure[1], failure[2] = i, 4, status
+                return k
+            total = 0.0
+            for c in range(S[i, Y_START], S[i, Y_START] + S[i, N_Y]):
+                total += Y[r + 1, c]
+            if not np.isfinite(total):
+                failure[0], failure[1], failure[2] = i, 5, 3
+                return k
+    return rows

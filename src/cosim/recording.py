@@ -1,0 +1,124 @@
+"""What a run keeps: which signals, every how many steps, in memory or streamed to a file."""
+
+import fnmatch
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from cosim.catalogue import unknown
+from cosim.network import Network
+from cosim.trajectory import Trajectory
+
+IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What to record: signals whose name matches one of `select` (shell patterns; empty: all), every `every` macro steps.
+
+    stream : a .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
+    """
+
+    select: Sequence[str] = ()
+    every: int = 1
+    stream: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.every < 1 or self.every != int(self.every):
+            raise ValueError(f"`every` must be a whole number of at least 1, got {self.every!r}")
+        if self.stream is not None and self.stream.suffix != ".csv":
+            raise ValueError(f"results can be streamed to a .csv file only, got {str(self.stream)!r}")
+
+
+class Recorder:
+    """Keeps rows as a Recording says. Row 0 is the start; the last row of a run is always kept."""
+
+    def __init__(self, what: Recording, network: Network, steps: int, resume_at: int | None = None) -> None:
+        self._what, self._steps = what, steps
+        self.columns = _selected(what.select, network.names)
+        self.names = tuple(network.names[c] for c in self.columns)
+        self.units = tuple(network.units[c] for c in self.columns)
+        self._all = self.columns.size == len(network.names)
+        rows = steps // what.every + 2
+        self._stride = 1
+        if what.stream is not None:
+            self._stride = max(1, -(-rows * max(1, self.columns.size) // IN_MEMORY))
+        self._t: list[np.ndarray] = []
+        self._values: list[np.ndarray] = []
+        self._kept = 0  # rows recorded so far
+        self._last: tuple[float, np.ndarray] | None = None  # the newest row, where it was not recorded
+        self._newest: tuple[np.ndarray, np.ndarray] | None = None  # the newest row that was recorded
+        self._file: IO[bytes] | None = None
+        if what.stream is not None:
+            if resume_at is None:
+                self._file = what.stream.open("wb")
+                self._file.write((",".join(["time", *self.names]) + "\n").encode())
+            else:
+                self._file = what.stream.open("r+b")
+                self._file.truncate(resume_at)
+                self._file.seek(resume_at)
+
+    def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
+        """Rows k, k + 1, ... of the run: times t (s), shape (n,), outputs Y, shape (n, n_Y)."""
+        chosen = np.arange((-k) % self._what.every, t.size, self._what.every)
+        rows = Y[chosen] if self._all else Y[np.ix_(chosen, self.columns)]
+        self._keep(t[chosen], rows)
+        newest = k + t.size - 1
+        self._last = (float(t[-1]), Y[-1, self.columns].copy()) if newest % self._what.every else None
+
+    def _keep(self, t: np.ndarray, rows: np.ndarray) -> None:
+        if self._file is not None:
+            lines = (f"{ti!r},{','.join(map(repr, row))}\n" for ti, row in zip(t.tolist(), rows.tolist(), strict=True))
+            self._file.write("".join(lines).encode())
+        if t.size:
+            self._newest = (t[-1:].copy(), rows[-1:].copy())
+        thinned = slice((-self._kept) % self._stride, None, self._stride)
+        self._t.append(t[thinned].copy())
+        self._values.append(rows[thinned].copy())
+        self._kept += t.size
+
+    def finish(self) -> Trajectory:
+        """Close the file; the trajectory of what is in memory, which ends with the newest row."""
+        if self._last is not None:
+            self._keep(np.array([self._last[0]]), self._last[1][None, :])
+            self._last = None
+        if self._file is not None:
+            self._file.close()
+        memory = self._memory()
+        t, values = memory["t"], memory["values"]
+        if self._newest is not None and (not t.size or t[-1] != self._newest[0][0]):  # an overview ends where the run does
+            t, values = np.append(t, self._newest[0]), np.vstack([values, self._newest[1]])
+        return Trajectory(t, self.names, self.units, values)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """What a checkpoint keeps: rows in memory, or how long the file is."""
+        if self._file is not None:
+            self._file.flush()
+            return {"position": np.array(self._file.tell()), "kept": np.array(self._kept), **self._memory()}
+        return {"kept": np.array(self._kept), **self._memory()}
+
+    def _memory(self) -> dict[str, np.ndarray]:
+        return {
+            "t": np.concatenate([*self._t, np.empty(0)]),
+            "values": np.concatenate([*self._values, np.empty((0, self.columns.size))]),
+        }
+
+    def resume(self, state: dict[str, np.ndarray]) -> None:
+        """Go on from what state() gave."""
+        self._t, self._values, self._kept = [state["t"]], [state["values"]], int(state["kept"])
+
+
+def _selected(patterns: Sequence[str], names: Sequence[str]) -> np.ndarray:
+    """Places of the names that match a pattern, in their own order; ValueError for a pattern that matches none."""
+    if not patterns:
+        return np.arange(len(names))
+    found: set[int] = set()
+    for pattern in patterns:
+        matches = {k for k, name in enumerate(names) if fnmatch.fnmatchcase(name, pattern)}
+        if not matches:
+            raise unknown("signal to record:", pattern, names)
+        found |= matches
+    return np.array(sorted(found), dtype=int)

@@ -1,0 +1,86 @@
+"""The inner loop: one source, run by Python or compiled, and the plain path: the same bits from all three."""
+
+import numpy as np
+import oscillators
+import pytest
+
+from cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fast, simulate, system
+from cosim.coupling import Algorithm
+from cosim.system import Connection, Part
+
+ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
+
+
+def three_ways(plan: System, algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch, step: float, stop: float) -> list[Run]:
+    """The same run by the plain path, the inner loop in Python, and the inner loop compiled."""
+    runs = []
+    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+        with monkeypatch.context() as patch:
+            patch.setattr(fast, "fits", fits)
+            patch.setattr(fast, "LONG", long)
+            runs.append(simulate(plan, algorithm=algorithm, step=step, stop=stop))
+    return runs
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=repr)
+def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the oscillators, whose force feeds through; 5.003 s are no multiple of the step, and more than one chunk of steps."""
+    assert fast.compiled() is not None
+    runs = three_ways(oscillators.pair(cubic=3.0), algorithm, monkeypatch, 1e-3, 5.0003)
+    for other in runs[1:]:
+        np.testing.assert_array_equal(other.trajectory.t, runs[0].trajectory.t)
+        np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
+        assert other.steps == runs[0].steps == 5001
+        (a,), (b,) = runs[0].energy, other.energy
+        # Chunks end at other steps, so sums are added in another order: the residual to rounding of the exchanged energy.
+        assert b.residual == pytest.approx(a.residual, rel=1e-9, abs=1e-14 * a.exchanged)
+        assert b.peak_power == pytest.approx(a.peak_power, rel=1e-12)
+
+
+def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An FMU whose output is in rpm drives one that listens in rad/s: same bits, and not the factor forgotten."""
+    from cosim.network import _Inputs
+
+    plain = _Inputs.__init__
+
+    def scaled(self: _Inputs, joined: list[tuple[int, int, float, float]], start: np.ndarray) -> None:
+        plain(self, [(k, j, 0.5 * a, b + 0.1) for k, j, a, b in joined], start)
+
+    monkeypatch.setattr(_Inputs, "__init__", scaled)
+    runs = three_ways(oscillators.pair(), Jacobi(2), monkeypatch, 1e-3, 0.5)
+    for other in runs[1:]:
+        np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
+    monkeypatch.undo()
+    assert not np.array_equal(simulate(oscillators.pair(), algorithm=Jacobi(2), step=1e-3, stop=0.5).trajectory.values,
+                              runs[0].trajectory.values)  # fmt: skip
+
+
+@pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])
+def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fast, "LONG", long)
+    broken = System("s", (Part("clock", f"{oscillators.HERE}:fails"), Part("left", f"{oscillators.HERE}:left")), ())
+    with pytest.raises(SlaveError, match=r"component 'clock' failed at t = 0\.5") as caught:
+        simulate(broken, step=0.01, stop=1.0)
+    partial = caught.value.partial
+    assert partial.trajectory.t[-1] == pytest.approx(0.55, abs=0.011)
+    np.testing.assert_allclose(partial.trajectory["clock.reading"], partial.trajectory.t, atol=1e-11)
+
+
+def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fast, "LONG", 0)
+    run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)
+    assert set(run.timing.do_step_s) == {"vehicle", "gyro"}
+    assert all(0.0 < s < run.timing.loop_s for s in run.timing.do_step_s.values())
+
+
+def test_a_thousand_fmus_run() -> None:
+    """Five hundred uncoupled pairs give what one gives."""
+    pair = oscillators.pair()
+    parts, wires = [], []
+    for m in range(500):
+        parts += [Part(f"{p.name}{m}", p.source, p.values) for p in pair.parts]
+        wires += [Connection((f"{a}{m}", x), (f"{b}{m}", y)) for (a, x), (b, y) in ((c.start, c.end) for c in pair.connections)]
+    many = simulate(System("many", tuple(parts), tuple(wires)), step=1e-2, stop=0.2).trajectory
+    one = simulate(pair, step=1e-2, stop=0.2).trajectory
+    assert len(many.names) == 500 * len(one.names)
+    np.testing.assert_array_equal(many.values, np.tile(one.values, 500))

@@ -1,0 +1,125 @@
+"""What a run keeps: selection, thinning, streaming; adaptive steps; checkpoints that lose no bit."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import oscillators
+import pytest
+
+from cosim import ConvergenceError, GaussSeidel, Iterated, Jacobi, Run, simulate, system
+from cosim.adaptive import Adaptive
+from cosim.checkpoint import Checkpoint, Resume
+from cosim.coupling import Algorithm
+from cosim.master import Options
+from cosim.monolith import Monolith
+from cosim.recording import Recording
+from cosim.trajectory import read_csv
+
+PAIR = system("wheel-pair")
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_selection_and_thinning_keep_rows_and_the_end(in_process: bool, tmp_path: Path) -> None:
+    whole = simulate(PAIR, step=1e-3, stop=6.0005, in_process=in_process).trajectory
+    record = Recording(select=("vehicle.yaw_*", "gyro.yaw_moment"), every=7, stream=tmp_path / "s.csv")
+    some = simulate(PAIR, step=1e-3, stop=6.0005, in_process=in_process, options=Options(record=record)).trajectory
+    assert some.names == ("vehicle.yaw_angle", "vehicle.yaw_rate", "gyro.yaw_moment")
+    chosen = [*range(0, 6001, 7), 6001]
+    np.testing.assert_array_equal(some.t, whole.t[chosen])
+    np.testing.assert_array_equal(some["vehicle.yaw_angle"], whole["vehicle.yaw_angle"][chosen])
+    streamed = read_csv(tmp_path / "s.csv")
+    np.testing.assert_array_equal(streamed.values, some.values)
+    np.testing.assert_array_equal(streamed.t, some.t)
+
+
+def test_memory_stays_bounded_when_results_go_to_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from cosim import recording
+
+    monkeypatch.setattr(recording, "IN_MEMORY", 1000)
+    run = simulate(PAIR, step=1e-3, stop=5.0, options=Options(record=Recording(stream=tmp_path / "s.csv")))
+    assert run.trajectory.values.size <= 1100
+    assert len(read_csv(tmp_path / "s.csv")) == 5001
+    assert run.trajectory.end() == read_csv(tmp_path / "s.csv").end()
+
+
+def test_wrong_recordings_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"unknown signal to record: 'vehicle\.yaw_angel'; did you mean 'vehicle\.yaw_angle'"):
+        simulate(PAIR, stop=0.1, in_process=True, options=Options(record=Recording(select=("vehicle.yaw_angel",))))
+    with pytest.raises(ValueError, match="`every` must be a whole number of at least 1, got 0"):
+        Recording(every=0)
+    with pytest.raises(ValueError, match=r"streamed to a \.csv file only"):
+        Recording(stream=Path("a.mat"))
+
+
+@pytest.mark.parametrize("estimate", ["doubling", "energy"])
+@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(2), GaussSeidel(1), Iterated(1)], ids=lambda a: f"{a.name}-{a.degree}")
+def test_adaptive_steps_keep_to_the_tolerance(algorithm: Algorithm, estimate: str) -> None:
+    """A tighter tolerance gives more steps and a smaller error; the end is hit exactly."""
+    plan = oscillators.pair()
+    if estimate == "energy" and isinstance(algorithm, Iterated):
+        with pytest.raises(ValueError, match="the energy estimate sees no error of 'iterated'"):
+            simulate(plan, algorithm=algorithm, in_process=True, options=Options(adaptive=Adaptive(1e-3, estimate)))
+        return
+
+    def done(tolerance: float) -> tuple[int, float]:
+        options = Options(adaptive=Adaptive(tolerance, estimate))  # type: ignore[arg-type]
+        run = simulate(plan, algorithm=algorithm, step=1e-3, stop=2.0, in_process=True, options=options)
+        assert run.trajectory.t[-1] == 2.0
+        assert (np.diff(run.trajectory.t) > 0.0).all()
+        exact = Monolith(plan).solve(run.trajectory.t)
+        size = np.abs(exact.values).max(axis=0)
+        return run.steps, float((np.abs(run.trajectory.values - exact.values) / size).max())
+
+    (few, coarse), (many, fine) = done(1e-2), done(1e-3)
+    assert many > few
+    assert fine < coarse / 2
+
+
+def test_a_step_that_is_too_long_is_taken_back() -> None:
+    run = simulate(oscillators.pair(), step=0.5, stop=1.0, in_process=True, options=Options(adaptive=Adaptive(1e-5)))
+    assert run.rejections > 0
+    with pytest.raises(ConvergenceError, match=r"must reach the tolerance 1e-12 before its smallest size of 0\.01 s"):
+        simulate(
+            oscillators.pair(), step=0.5, stop=1.0, in_process=True, options=Options(adaptive=Adaptive(1e-12, smallest=0.01))
+        )
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+@pytest.mark.parametrize("algorithm", [Jacobi(2), GaussSeidel(1), Iterated(1, solver="newton")], ids=lambda a: a.name)
+def test_a_run_that_is_killed_and_resumed_gives_the_same_bytes(algorithm: Algorithm, in_process: bool, tmp_path: Path) -> None:
+    """Killed after its last checkpoint at 0.8 s: what stands in the file after it is dropped, the rest follows."""
+    plan = PAIR.with_source("gyro", "nonlinear")
+
+    def run(name: str, before_step: Callable[[int], None] | None = None, **more: Any) -> Run:
+        options = Options(record=Recording(stream=tmp_path / name), **more)
+        return simulate(
+            plan, algorithm=algorithm, step=2e-3, stop=2.0, in_process=in_process, options=options, before_step=before_step
+        )
+
+    def kill(k: int) -> None:
+        if k == 551:
+            raise KeyboardInterrupt
+
+    whole = run("whole.csv")
+    assert run("part.csv", kill, checkpoint=Checkpoint(tmp_path / "c.npz", every=0.4)).steps == 550
+    again = run("part.csv", resume=Resume(tmp_path / "c.npz"))
+    assert (tmp_path / "part.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+    np.testing.assert_array_equal(again.trajectory.values, whole.trajectory.values)
+    assert again.energy_residual == pytest.approx(whole.energy_residual, rel=1e-6, abs=1e-15)
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "c.npz"
+    simulate(PAIR, step=1e-3, stop=0.5, options=Options(checkpoint=Checkpoint(file, every=0.2)))
+    for changed, step in ((PAIR.with_value("gyro.rotor_speed", "200rpm"), 1e-3), (PAIR, 2e-3)):
+        with pytest.raises(ValueError, match=r"must be of this run: same system, values, algorithm, step and signals"):
+            simulate(changed, step=step, stop=1.0, options=Options(resume=Resume(file)))
+    file.write_bytes(b"nonsense")
+    with pytest.raises(ValueError, match="cannot be read"):
+        simulate(PAIR, step=1e-3, stop=1.0, options=Options(resume=Resume(file)))
+    with pytest.raises(ValueError, match="must exist"):
+        simulate(PAIR, step=1e-3, stop=1.0, options=Options(resume=Resume(tmp_path / "gone.npz")))
+    with pytest.raises(ValueError, match="time between checkpoints must be positive"):
+        Checkpoint(file, every=0.0)
