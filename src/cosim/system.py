@@ -1,31 +1,72 @@
 """A system: named components, the connections between their signals, parameter values. A plan; it loads nothing."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
+from component.units import Unit
 from cosim.catalogue import unknown
 from cosim.errors import WiringError
+
+
+@dataclass(frozen=True)
+class Port:
+    """What a system file says of a connector, to be compared with the component behind it.
+
+    kind : "input", "output", "parameter" or "calculatedParameter". type : as FMI 3.0 or SSP 1.0 call it; "" where not stated.
+    unit : its meaning where one is stated.
+    """
+
+    kind: str
+    type: str = ""
+    unit: Unit | None = None
 
 
 @dataclass(frozen=True)
 class Part:
     """A component of a system: its name there, where it comes from, and the start values that differ from its own.
 
-    source : path of an FMU, or a catalogue name ("gyro_unit:linear", "my_gyro.py").
-    values : name -> text with an optional unit ("200rpm") or a number in the variable's own unit.
+    name : may hold "/", which separates the names of nested systems, and any other character.
+    source : an FMU, `FILE` or `ARCHIVE#MEMBER`, or a catalogue name ("gyro_unit:linear", "my_gyro.py").
+    values : name -> text with an optional unit ("200rpm") or a number in the variable's own unit, or a sequence of them.
+    bound : the same from parameter files, for those variables that the component has; `values` go first.
+    ports : connectors as the system file describes them.
     """
 
     name: str
     source: str
-    values: Mapping[str, str | float] = field(default_factory=dict)
+    values: Mapping[str, Any] = field(default_factory=dict)
+    bound: Mapping[str, Any] = field(default_factory=dict)
+    ports: Mapping[str, Port] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Hop:
+    """What happens to a value on its way: target = factor * (source in the target's unit) + offset, or a table of numbers.
+
+    start, end : units stated at the two connectors, None where none are. suppress : no conversion between units.
+    table : (source, target) pairs for numbers that stand for booleans, integers or enumerations.
+    """
+
+    start: Unit | None = None
+    end: Unit | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+    suppress: bool = False
+    table: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
 class Connection:
-    """From the output `start` = (component, variable) to the input `end`."""
+    """From the output `start` = (component, variable) to the input `end`.
+
+    hops : what stands between, one for each connection of the system file that it is made of; none: units are converted.
+    """
 
     start: tuple[str, str]
     end: tuple[str, str]
+    hops: tuple[Hop, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,17 +95,19 @@ class System:
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
-        names = [part.name for part in self.parts]
-        for name in names:
-            if names.count(name) > 1:
+        names = Counter(part.name for part in self.parts)
+        for name, times in names.items():
+            if times > 1:
                 raise WiringError(f"system {self.name!r}: component names must differ, got {name!r} twice")
-        ends = [connection.end for connection in self.connections]
+        ends = Counter(connection.end for connection in self.connections)
         for connection in self.connections:
             for component, _ in (connection.start, connection.end):
                 if component not in names:
                     raise WiringError(f"system {self.name!r}: a connection names component {component!r}, which is not there")
-            if ends.count(connection.end) > 1:
-                raise WiringError(f"system {self.name!r}: input {'.'.join(connection.end)} must have one source, has two")
+            if ends[connection.end] > 1:
+                sources = " and ".join(".".join(c.start) for c in self.connections if c.end == connection.end)
+                end = ".".join(connection.end)
+                raise WiringError(f"system {self.name!r}: input {end} must have one source, has two: {sources}")
 
     def members(self, name: str) -> tuple[str, ...]:
         """The components that `name` addresses: itself, or every `name_...` ("gyro": gyro_front and gyro_rear)."""
@@ -89,13 +132,15 @@ class System:
                 raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, since {part.source!r} has no variants")
             return f"{package}:{source}"
 
-        parts = tuple(replace(p, source=swapped(p)) if p.name in members else p for p in self.parts)
+        parts = tuple(replace(p, source=swapped(p), ports={}) if p.name in members else p for p in self.parts)
         return replace(self, parts=parts)
 
-    def with_value(self, target: str, value: str | float) -> "System":
+    def with_value(self, target: str, value: Any) -> "System":
         """The same system with `component.variable` set to `value`, a number or text with a unit ("200rpm")."""
-        name, dot, variable = target.partition(".")
-        if not (name and dot and variable):
+        whole = [p.name for p in self.parts if target.startswith(f"{p.name}.")]  # a component's name may hold dots
+        name = max(whole, key=len, default=target.partition(".")[0])
+        variable = target[len(name) + 1 :]
+        if not (name and variable):
             raise ValueError(f"a value must be set as COMPONENT.PARAMETER=VALUE, got {target!r}")
         members = self.members(name)
         parts = tuple(replace(p, values={**p.values, variable: value}) if p.name in members else p for p in self.parts)
