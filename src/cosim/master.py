@@ -66,12 +66,17 @@ class Run:
 
 @dataclass(frozen=True)
 class Options:
-    """What a run may do besides stepping evenly and keeping everything; see the classes named."""
+    """What a run may do besides stepping evenly and keeping everything; see the classes named.
+
+    compiled : whether the inner loop runs compiled, with the same results to the last bit; None: where the run is long
+    enough to pay for compiling, or loading, it once in this process. Who does many short runs says True.
+    """
 
     record: Recording = field(default_factory=Recording)
     adaptive: Adaptive | None = None
     checkpoint: Checkpoint | None = None
     resume: Resume | None = None
+    compiled: bool | None = None
 
 
 def simulate(
@@ -217,7 +222,9 @@ class _March:
             return
         shown, saved = time.perf_counter(), self.history.t[0]
         inner = None
-        compiled = (self.n - self.done) * len(self.network.slaves) >= fast.LONG
+        compiled = self.options.compiled
+        if compiled is None:
+            compiled = (self.n - self.done) * len(self.network.slaves) >= fast.LONG
         while self.done < self.n:
             if (
                 inner is None
