@@ -1,0 +1,51 @@
+"""Whether an FMU, anyone's, keeps the standard: what validators find, and what they miss.
+
+    for fault in check("gyro_unit.linear.fmu"):
+        print(fault)
+
+The file and its description are read here; the binary is loaded and called in a child process, so that a foreign one that
+crashes, hangs or ends the process is a fault like any other. FMI 2.0 and 3.0, Co-Simulation and Model Exchange.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Fault", "check"]
+
+TIMEOUT = 60.0  # s that one probe of the binary may take
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong: `rule` says which check found it, `message` names the thing, what must hold and what is."""
+
+    rule: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.rule}: {self.message}"
+
+
+def check(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
+    """The faults of the FMU at `path`, each one line; an empty list if there are none.
+
+    timeout : seconds that one probe of the binary may take. ValueError if there is no such file; anything that is wrong
+    with the file itself is a fault.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"FMU {str(path)!r} must be a file")
+    if not timeout > 0.0:
+        raise ValueError(f"timeout must be positive, got {timeout!r}")
+
+    from cosim.check import archive, child, description
+
+    found = archive.faults(path)
+    if not any(rule == "archive" for rule, _ in found):
+        model, problems = description.read(path)
+        found += problems
+        if model is not None:
+            found += description.faults(model) + archive.binary_faults(path, model)
+            found += child.faults(path, model, timeout)
+    lines = [Fault(rule, " ".join(message.split())) for rule, message in found]
+    return list(dict.fromkeys(lines))

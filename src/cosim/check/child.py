@@ -1,0 +1,95 @@
+"""The binary in a child process: probes run one after the other there, and their findings come back through a file."""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from cosim.check.archive import Found
+
+PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
+
+
+def faults(path: Path, model: Any, timeout: float) -> Found:
+    """What the probes find; a probe in which the child dies or hangs is a fault, and the others still run."""
+    import fmpy
+
+    identifier = (model.coSimulation or model.modelExchange).modelIdentifier
+    folder = fmpy.platform if model.fmiVersion.startswith("2") else fmpy.platform_tuple
+    library = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
+    with zipfile.ZipFile(path) as archive:
+        if library not in archive.namelist():
+            return [("binary", f"{library!r} is not there: the FMU cannot be run on this machine, only its files were checked")]
+        with tempfile.TemporaryDirectory(prefix="fmu-check-", ignore_cleanup_errors=True) as scratch:
+            unpacked = Path(scratch, "fmu")
+            archive.extractall(unpacked)
+            found: Found = []
+            waiting = list(PROBES)
+            while waiting:
+                ran, more, ending = _run(unpacked, waiting, timeout, Path(scratch))
+                found += more
+                if ending:
+                    found.append((ran[-1] if ran else "instance", ending))
+                if not ran or (ending and ran[-1] == "instance"):
+                    break  # it cannot even be instantiated
+                waiting = waiting[len(ran) :] if ending else []
+    return found
+
+
+def _wait(child: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
+    """Wait for the child as long as a new probe begins or a fault is told at least every `timeout` (s); how it failed to."""
+    seen, since = 0, time.monotonic()
+    while True:
+        try:
+            child.wait(0.2)
+            return ""
+        except subprocess.TimeoutExpired:
+            size = report.stat().st_size
+            if size != seen:
+                seen, since = size, time.monotonic()
+            elif time.monotonic() - since > timeout:
+                return f"the binary does not come back within {timeout:g} s"
+
+
+def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tuple[list[str], Found, str]:
+    """(probes begun, what they found, how the child ended if not well)."""
+    report = scratch / "report"
+    report.write_bytes(b"")
+    command = [sys.executable, "-m", "cosim.check.probes", str(folder), str(report), *probes]
+    with (scratch / "said").open("wb") as said:
+        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, cwd=scratch)
+        try:
+            ending = _wait(child, report, timeout)
+        finally:
+            if child.poll() is None:
+                child.kill()
+            child.wait()
+    if not ending and child.returncode < 0:
+        number = -child.returncode
+        name = signal.Signals(number).name if number in {s.value for s in signal.Signals} else str(number)
+        ending = f"the binary crashes ({name})"
+    elif not ending and child.returncode != 0:
+        tail = (scratch / "said").read_bytes()[-2000:].decode(errors="replace").strip().splitlines()
+        ending = f"the process that runs the binary ends with code {child.returncode}" + (f": {tail[-1]}" if tail else "")
+    begun: list[str] = []
+    found: Found = []
+    finished = False
+    for line in report.read_bytes().decode(errors="replace").splitlines():
+        try:
+            kind, *rest = json.loads(line)
+        except ValueError:
+            continue  # a line cut off by a crash
+        if kind == "begin":
+            begun.append(rest[0])
+        elif kind == "fault":
+            found.append((str(rest[0]), str(rest[1])))
+        elif kind == "end":
+            finished = True
+    if not finished and not ending:
+        ending = "the binary ends the process"
+    return begun, found, "" if finished else ending
