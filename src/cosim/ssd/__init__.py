@@ -1,0 +1,22 @@
+"""System files: .ssd and .ssp of SSP 1.0, and of 2.0 as far as both say the same things in the same way.
+
+What SSP cannot say, the usual macro step and which signals form power bonds, stands in annotations of type `gyro-cosim`.
+"""
+
+from pathlib import Path
+
+from cosim.catalogue import systems, unknown
+from cosim.ssd.documents import NAMESPACES
+from cosim.ssd.structure import read
+from cosim.system import System
+
+__all__ = ["NAMESPACES", "read", "system"]
+
+
+def system(name: str) -> System:
+    """The system called `name`: built in, or the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several)."""
+    if name in systems():
+        return read(systems()[name])
+    if name.endswith((".ssd", ".ssp")):
+        return read(Path(name))
+    raise unknown("system", name, systems())

@@ -1,0 +1,147 @@
+"""From a tree of systems to one flat System: connections traced through system connectors, parameters brought to components."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from cosim.errors import WiringError
+from cosim.ssd.documents import ANNOTATION, NAMESPACES, Document, hop_of
+from cosim.ssd.parameters import bound_values
+from cosim.ssd.tree import Node, components, tree
+from cosim.system import Connection, Hop, Part, PowerBond, System
+
+End = tuple[str, str]  # path of an element ("" for the top), connector
+
+
+@dataclass(frozen=True)
+class Wire:
+    """One Connection element, turned so that `start` is where the value comes from."""
+
+    start: End
+    end: End
+    hop: Hop
+
+
+def read(file: Path | str) -> System:
+    """Read an .ssd or .ssp file. ValueError or WiringError names file, element and rule."""
+    location = str(file)
+    top = tree(location)
+    leaves = components(top)
+    arriving = _wires(top)
+    connections = []
+    for (path, name), wire in arriving.items():
+        if path in leaves and leaves[path].ports[name].kind == "input":
+            traced = _traced(wire, arriving, leaves)
+            if traced is not None:
+                connections.append(traced)
+    bound = bound_values(top, arriving)
+    parts = tuple(Part(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
+    root, found = top.document.root, top.document
+    try:
+        return System(
+            name=root.get("name") or Path(location).stem, parts=parts, connections=tuple(connections), bonds=_bonds(top, leaves),
+            step=_step(found), stop=_stop(found), description=top.element.get("description") or root.get("description", ""),
+        )  # fmt: skip
+    except WiringError as error:
+        raise WiringError(f"{found.what}: {error}") from None
+
+
+def _wires(node: Node) -> dict[End, Wire]:
+    """Every connection of the tree by the place where it ends."""
+    found: dict[End, Wire] = {}
+    for element in node.connections:
+        wire = _wire(node, element)
+        if wire is None:
+            continue
+        if wire.end in found:
+            two = f"{_shown(found[wire.end].start)} and {_shown(wire.start)}"
+            why = f"input {_shown(wire.end)} must have one source, has two: {two}"
+            raise WiringError(str(node.document.fault(element, why)))
+        found[wire.end] = wire
+    for child in node.children.values():
+        below = _wires(child)
+        for end in found.keys() & below.keys():
+            both = f"{_shown(found[end].start)} and {_shown(below[end].start)}"
+            raise WiringError(f"{node.document.what}: {_shown(end)} must have one source, has two: {both}")
+        found |= below
+    return found
+
+
+def _shown(end: End) -> str:
+    return ".".join(part for part in end if part)
+
+
+def _wire(node: Node, element: etree._Element) -> Wire | None:
+    """A connection in the direction in which values go; None between a parameter and what the master does not compute."""
+    found = node.document
+    ends = []
+    for which in ("start", "end"):
+        name, connector = element.get(f"{which}Element"), found.attribute(element, f"{which}Connector")
+        if name is not None and name not in node.children:
+            raise WiringError(str(found.fault(element, f"{node.label} must have an element {name!r}, has none")))
+        owner = node if name is None else node.children[name]
+        port = owner.port(connector, element)
+        outward = port.kind in ("output", "calculatedParameter")
+        gives = outward if owner is not node else not outward  # seen from inside, a system's input gives
+        ends.append((owner, connector, port, gives))
+    (a, a_name, a_port, a_gives), (b, b_name, b_port, b_gives) = ends
+    if a_gives == b_gives:
+        both = "give a value" if a_gives else "take a value"
+        text = f"must join one end that gives and one that takes, {_end(a, a_name)} and {_end(b, b_name)} both {both}"
+        raise WiringError(str(found.fault(element, text)))
+    if b_gives:
+        (a, a_name, a_port), (b, b_name, b_port) = (b, b_name, b_port), (a, a_name, a_port)
+    if a_port.kind == "calculatedParameter":
+        raise WiringError(str(found.fault(element, f"{_end(a, a_name)} is a calculatedParameter, which is not passed on")))
+    return Wire((a.path, a_name), (b.path, b_name), hop_of(found, element, a_port.unit, b_port.unit))
+
+
+def _end(node: Node, connector: str) -> str:
+    return f"{node.path}.{connector}" if node.path else connector
+
+
+def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any) -> Connection | None:
+    """The connection from the component that a value comes from; None where it begins at an open connector of a system."""
+    hops, end = [wire.hop], wire.end
+    while wire.start[0] not in leaves:
+        if wire.start not in arriving:
+            return None
+        wire = arriving[wire.start]
+        hops.insert(0, wire.hop)
+        if len(hops) > 1000:
+            raise WiringError(f"a chain of connectors must begin at a component, that of {_shown(end)} runs in a circle")
+    return Connection(wire.start, end, () if all(hop == Hop() for hop in hops) else tuple(hops))
+
+
+def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:
+    bonds = []
+    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:Bond", NAMESPACES):
+        motion, effort = (_split(top, element, key, leaves) for key in ("motion", "effort"))
+        bonds.append(PowerBond(motion, effort))
+    return tuple(bonds)
+
+
+def _split(top: Node, element: etree._Element, key: str, leaves: Any) -> End:
+    text = top.document.attribute(element, key)
+    path = max((p for p in leaves if text.startswith(f"{p}.")), key=len, default="")
+    if not path:
+        raise top.document.fault(element, f"{key} must be COMPONENT.VARIABLE of a component of the system, got {text!r}")
+    return path, text[len(path) + 1 :]
+
+
+def _step(found: Document) -> float:
+    """The usual macro step (s): the annotation's, else 1 ms."""
+    master = found.root.find(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:Master", NAMESPACES)
+    return 1e-3 if master is None else found.number(master, "step", "1e-3")
+
+
+def _stop(found: Document) -> float:
+    """When a run ends (s); it always begins at 0."""
+    experiment = found.root.find("ssd:DefaultExperiment", NAMESPACES)
+    if experiment is None:
+        return 1.0
+    if found.number(experiment, "startTime", "0") != 0.0:
+        raise found.fault(experiment, f"startTime must be 0, where every run begins, got {experiment.get('startTime')}")
+    return found.number(experiment, "stopTime", "1")
