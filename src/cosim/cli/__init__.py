@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import converge, export, listing, paper, run
+from cosim.cli import compare, converge, export, listing, paper, run
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -24,6 +24,7 @@ for name, function in (
     ("run", run.command),
     ("export", export.command),
     ("converge", converge.command),
+    ("compare", compare.command),
     ("paper", paper.command),
 ):
     app.command(name)(function)
