@@ -134,7 +134,7 @@ class Component:
         return (
             parameter(
                 "internal_step", self.internal_step, "s", "longest internal step; a macro step is divided evenly",
-                source="component", min=1e-12, tunable=False,
+                source="component", min=self.internal_step * 1e-3, tunable=False,
             ),
             parameter(
                 "tolerance", 0.0, "1", "relative error of an internal step with error control; 0 for equal steps",

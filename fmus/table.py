@@ -6,8 +6,6 @@ from typing import Literal
 
 from component import Component, Variable
 
-FINEST = 1e-3  # smallest internal step that can be set, as a fraction of the component's own
-
 Kind = Literal["time", "state", "input", "output", "parameter", "derivative"]
 
 
