@@ -110,7 +110,7 @@ def test_converge_measures_the_order(cosim_json: Callable[..., Any], cosim: Call
         (("run", "wheel-pair", "--step", "0"), "`step` must be positive, got 0 s"),
         (("run", "wheel-pair", "--step", "2", "--stop", "1"), "`step` must be at most the run's length of 1 s, got 2 s"),
         (("run", "wheel-pair", "--step", "1kg"), "--step unit 'kg' cannot be expressed in 's'"),
-        (("run", "wheel-pair", "--algorithm", "magic"), "algorithm must be one of jacobi, gauss-seidel, got 'magic'"),
+        (("run", "wheel-pair", "--algorithm", "magic"), "algorithm must be one of jacobi, gauss-seidel, nepce, iterated, newton, got 'magic'"),
         (("run", "wheel-pair", "--order", "3"), "degree must be 0, 1 or 2, got 3"),
         (("run", "wheel-pair", "--sequence", "vehicle,gyro"), "a sequence of components goes with gauss-seidel only"),
         (("run", "wheel-pair", "--output", "no/where.csv"), "the folder of 'no/where.csv' must exist"),
@@ -165,3 +165,57 @@ def test_paper_prints_the_ledger_and_draws_the_figures(cosim_json: Callable[...,
         assert (Path("out") / name).read_bytes().startswith(b"\x89PNG")
     assert json.loads((Path("out") / "ledger.json").read_text())["claims"] == document["claims"]
     assert "| C4 |" in (Path("out") / "ledger.md").read_text()
+
+
+def test_a_certified_run_tells_how_right_it_is(cosim_json: Callable[..., Any], cosim: Callable[..., Any]) -> None:
+    certificate = cosim_json(*RUN, "--certify", "--step", "5ms")["certificate"]
+    assert certificate["observed_order"] == pytest.approx(2.0, abs=0.2)
+    assert certificate["stability"]["stable"]
+    assert 0.05 < certificate["stability"]["largest_stable_step"] < 0.5
+    assert 0.0 < certificate["errors"]["vehicle.yaw_angle"]["largest"] < 1e-3
+    code, out, _ = cosim(*RUN, "--certify", "--in-process")
+    assert code == 0
+    assert "largest stable step" in out
+
+
+def test_options_of_the_run_reach_it(cosim_json: Callable[..., Any], cosim: Callable[..., Any]) -> None:
+    adapted = cosim_json(*RUN, "--adaptive", "1e-3", "--in-process", "--step", "0.1")
+    assert adapted["steps"] < 100
+    iterated = cosim_json(*RUN, "--algorithm", "newton", "--substeps", "gyro=2", "--step", "10ms", "--loops", "refuse")
+    assert iterated["iterations"] >= iterated["steps"] == 50
+    code, _, err = cosim(*RUN, "--select", "vehicle.yaw_*", "--record-every", "100", "--output", "a.csv")
+    assert code == 0, err
+    thin = read_csv("a.csv")
+    assert thin.names == ("vehicle.yaw_angle", "vehicle.yaw_rate")
+    np.testing.assert_allclose(thin.t, [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+
+
+def test_a_run_goes_on_from_its_checkpoint(cosim: Callable[..., Any]) -> None:
+    options = ("run", "wheel-pair", "--stop", "2", "--checkpoint", "c.npz", "--every", "0.5s")
+    assert cosim(*options, "--output", "whole.csv")[0] == 0
+    whole = Path("whole.csv").read_bytes()
+    Path("whole.csv").write_bytes(whole[: len(whole) // 10 * 9] + b"rubbish of a killed run")  # beyond the last checkpoint
+    code, _, err = cosim("run", "wheel-pair", "--stop", "2", "--resume", "c.npz", "--output", "whole.csv")
+    assert code == 0, err
+    assert Path("whole.csv").read_bytes() == whole
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--substeps", "gyro"), "--substeps must be COMPONENT=N, got 'gyro'"),
+        (("--substeps", "giro=2"), "unknown component with sub-steps: 'giro'; did you mean 'gyro'?"),
+        (("--loops", "ignore"), "--loops must be solve or refuse, got 'ignore'"),
+        (("--adaptive", "0"), "tolerance must be positive, got 0.0"),
+        (("--adaptive", "1e-3", "--algorithm", "nepce"), "NEPCE needs even macro steps"),
+        (("--record-every", "0"), "`every` must be a whole number of at least 1, got 0"),
+        (("--select", "vehicle.yaw"), "unknown signal to record: 'vehicle.yaw'"),
+        (("--certify", "--record-every", "2"), "--certify needs an even macro step and all results of the whole run"),
+        (("--resume", "gone.npz"), "checkpoint 'gone.npz' must exist"),
+    ],
+)
+def test_wrong_options_of_a_run_are_one_line(cosim: Callable[..., Any], arguments: tuple[str, ...], words: str) -> None:
+    code, _, err = cosim(*RUN, *arguments)
+    assert code == 2
+    assert words in err
+    assert err.count("\n") == 1

@@ -100,6 +100,7 @@ def fits(network: Network, algorithm: Algorithm) -> bool:
         and all(slave.raw is not None for slave in network.slaves)
         and all(parts == 1 for parts in network.substeps)
         and not network.held.size
+        and not network.tabled
         and not network.loops
         and network.one_pass
     )

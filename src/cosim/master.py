@@ -171,6 +171,8 @@ def run(
     failure: RunError | None = None
     try:
         march.go(progress, before_step)
+        # Every slave is left with the inputs of the end, for what asks it afterwards.
+        network.outputs(march.history.Y[0].copy(), march.history.t[0])
     except KeyboardInterrupt:
         status = "interrupted"
     except RunError as error:

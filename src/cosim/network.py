@@ -1,6 +1,7 @@
 """The slaves of a system, opened and wired: whose output feeds which input, in which unit, in which order."""
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
@@ -14,7 +15,7 @@ from cosim.dataflow import cycle, loops, strong_components
 from cosim.errors import ConvergenceError, WiringError
 from cosim.slaves import Slave
 from cosim.system import Connection, PowerBond, System
-from cosim.wiring import Inputs, check_ports, connections, refuse_excluded, start_inputs, transfer
+from cosim.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 
 
 @dataclass(frozen=True)
@@ -212,9 +213,22 @@ class Network:
         self.do_step_s[i] += perf_counter() - began
         return U
 
-    def interface_jacobian(self, h: float) -> np.ndarray | None:
-        """A first guess of how the coupled outputs after a step of h (s) depend on those assumed for it; None: not known."""
-        return None
+    def of_deviations(self, slaves: Sequence[Slave]) -> "Network":
+        """The same wiring and sub-steps for slaves that carry deviations from this network's values: no offsets, no starts."""
+        twin = copy(self)
+        twin.slaves, twin.do_step_s, twin.largest = tuple(slaves), [0.0] * len(slaves), np.zeros(self.coupled.size)
+        twin.values = ({},) * len(slaves)
+        twin._inputs = [
+            Inputs([(k, j, Transfer(factor)) for k, j, factor, _ in inputs.joined], np.zeros_like(inputs.start))
+            for inputs in self._inputs
+        ]
+        twin._order(twin._needs())
+        return twin
+
+    @property
+    def tabled(self) -> bool:
+        """Whether a mapping table stands between two connectors."""
+        return any(inputs.tables for inputs in self._inputs)
 
     def initialize(self, t: float, stop: float) -> np.ndarray:
         """Start every slave at t (s); returns the first Y."""
@@ -305,7 +319,7 @@ def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]
         back = between.get((b, a), [])
         if a < b or len(there) != 1 or len(back) != 1:
             continue
-        units_of = [units[".".join(wire.start)] for wire in (there[0], back[0])]
+        units_of = [units.get(".".join(wire.start), "") for wire in (there[0], back[0])]
         try:
             fits = all(units_of) and power_pair(*units_of)
         except ValueError:  # a foreign unit says nothing

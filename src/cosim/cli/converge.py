@@ -7,7 +7,7 @@ import typer
 from rich.table import Table
 
 from cosim.cli.common import AsJson, Gyro, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
-from cosim.coupling import ALGORITHMS, algorithm
+from cosim.coupling import algorithm
 
 
 def command(
@@ -19,7 +19,9 @@ def command(
     ] = None,
     rungs: Annotated[int, typer.Option(help="how many steps, each half of the one before")] = 5,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs; 125 coarsest steps otherwise")] = None,
-    algorithms: Annotated[str, typer.Option("--algorithm", metavar="A,B,...", help="coupling algorithms")] = ",".join(ALGORITHMS),
+    algorithms: Annotated[
+        str, typer.Option("--algorithm", metavar="A,B,...", help="coupling algorithms of cosim list")
+    ] = "jacobi,gauss-seidel",
     orders: Annotated[str, typer.Option("--order", metavar="K,...", help="degrees of the input extrapolation")] = "0,1,2",
     in_process: InProcess = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw errors over steps, e.g. into a .png file")] = None,

@@ -4,13 +4,29 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from cosim import trajectory
-from cosim.cli.common import AsJson, Gyro, InProcess, SystemName, Values, chosen_system, console, progress, say, seconds, writable
+from cosim.cli.common import (
+    AsJson,
+    Gyro,
+    InProcess,
+    SystemName,
+    Values,
+    chosen_system,
+    console,
+    finite,
+    progress,
+    say,
+    seconds,
+    writable,
+)
+from cosim.cli.summary import certificate_document, certificate_words, document, summary
 from cosim.coupling import ALGORITHMS, algorithm
 from cosim.errors import RunError
-from cosim.master import Run, simulate
+from cosim.master import Options, Run, macro_steps, open_network
+from cosim.master import run as run_network
+
+AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
 
 def command(
@@ -20,67 +36,109 @@ def command(
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the run, such as 60 or 2min")] = None,
     algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
-    order: Annotated[int, typer.Option(help="degree of the input extrapolation: 0, 1 or 2")] = 1,
+    order: Annotated[int, typer.Option(help="degree of the input polynomials: 0, 1 or 2")] = 1,
     sequence: Annotated[
         str, typer.Option(metavar="A,B,...", help="order of stepping for gauss-seidel; else chosen by dependence")
     ] = "",
+    substeps: Annotated[
+        list[str] | None, typer.Option(metavar="COMPONENT=N", help="a component that does each macro step in N parts")
+    ] = None,
+    loops: Annotated[str, typer.Option(help="algebraic loops: solve or refuse")] = "solve",
+    adaptive: Annotated[float | None, typer.Option(metavar="TOL", help="adapt the macro step to this relative tolerance")] = None,
+    estimate: Annotated[str, typer.Option(help="error estimate of --adaptive: doubling or energy")] = "doubling",
+    certify: Annotated[
+        bool, typer.Option("--certify", help="estimate the coupling error of every output and the stability margin")
+    ] = False,
     in_process: InProcess = False,
+    isolate: Annotated[bool, typer.Option("--isolate", help="run every FMU in a process of its own")] = False,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="write the results to a .csv or .mat file")] = None,
+    select: Annotated[
+        list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only, such as 'gyro.*'")
+    ] = None,
+    record_every: Annotated[int, typer.Option(metavar="N", help="record every N-th macro step")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the results, e.g. into a .png file")] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file now and then")
+    ] = None,
+    every: Annotated[str, typer.Option(metavar="TIME", help="simulated time between checkpoints")] = "10s",
+    resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run a built-in system or an .ssd file.
+    """Run a built-in system, an .ssd or an .ssp file.
 
     Without options `cosim run wheel-pair` is the paper's case of figure 4: v = 10 m/s, rotor at 100 rpm, starting at
     y = 0.001 m and psi = 0.314 rad.
     """
+    from cosim.adaptive import Adaptive
+    from cosim.checkpoint import Checkpoint, Resume
+
     plan = chosen_system(system, gyro, set_)
     chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
+    given_step, given_stop = seconds(step, "--step"), seconds(stop, "--stop")
+    h, end = plan.step if given_step is None else given_step, plan.stop if given_stop is None else given_stop
+    steps = macro_steps(h, end)
+    if loops not in ("solve", "refuse"):
+        raise ValueError(f"--loops must be solve or refuse, got {loops!r}")
+    if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
+        raise ValueError("--certify needs an even macro step and all results of the whole run")
     writable(output, trajectory.check_format)
     if plot is not None:
         from cosim import figures
 
         writable(plot, figures.check_format)
+    interval = seconds(every, "--every") or 0.0
+    how: Any = None if adaptive is None else Adaptive(adaptive, estimate)  # type: ignore[arg-type]
     failure: RunError | None = None
-    with progress(f"running {plan.name}") as show:
-        try:
-            run = simulate(
-                plan, algorithm=chosen, step=seconds(step, "--step"), stop=seconds(stop, "--stop"),
-                in_process=in_process, progress=show,
-            )  # fmt: skip
-        except RunError as error:
-            if error.partial is None:
-                raise
-            failure, run = error, error.partial
-    written = _write(run, output, plot)
+    certificate = None
+    with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
+        if loops == "refuse":
+            network.refuse_loops()
+        streamed = output is not None and output.suffix == ".csv" and not certify
+        streamed = streamed and (steps * len(network.names) > AUTO_STREAM or checkpoint is not None or resume is not None)
+        options = Options(
+            record=_recording(select, record_every, output if streamed else None),
+            adaptive=how,
+            checkpoint=None if checkpoint is None else Checkpoint(checkpoint, interval),
+            resume=None if resume is None else Resume(resume),
+        )
+        with progress(f"running {plan.name}") as show:
+            try:
+                run = run_network(network, chosen, h, end, options=options, progress=show)
+            except RunError as error:
+                if error.partial is None:
+                    raise
+                failure, run = error, error.partial
+        if certify and failure is None and run.status == "done":
+            from cosim.certificate import certify as certify_run
+
+            with progress("certifying") as show:
+                certificate = certify_run(network, run, end, progress=show)
+    written = _write(run, None if streamed else output, plot)
+    written = [output, *written] if streamed and output is not None else written
     if failure is not None:
         for file in written:
             console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}", markup=False)
         raise failure
-    say(as_json, lambda: document(run), *_summary(run, in_process), *(f"wrote {file}" for file in written))
+    told = document(run) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
+    words = summary(run, in_process) + ([] if certificate is None else certificate_words(certificate))
+    say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
     return 0 if run.status == "done" else 1
 
 
-def document(run: Run) -> dict[str, Any]:
-    """The run as JSON holds it; SI units but for values, which are in the units of their variables."""
-    return {
-        "system": run.system.name,
-        "components": {part.name: part.source for part in run.system.parts},
-        "step": run.step,
-        "algorithm": run.algorithm.name,
-        "order": run.algorithm.degree,
-        "steps": run.steps,
-        "status": run.status,
-        "stop": float(run.trajectory.t[-1]),
-        "end": run.trajectory.end(),
-        "units": dict(zip(run.trajectory.names, run.trajectory.units, strict=True)),
-        "energy_residual": run.energy_residual,
-        "bonds": [
-            {"bond": b.name, "residual_J": b.residual, "peak_W": b.peak_power, "exchanged_J": b.exchanged, "share": b.share}
-            for b in run.energy
-        ],
-        "timing": {"setup_s": run.timing.setup_s, "loop_s": run.timing.loop_s, "do_step_s": run.timing.do_step_s},
-    }
+def _substeps(given: list[str] | None) -> dict[str, int]:
+    found = {}
+    for text in given or ():
+        name, equals, parts = text.partition("=")
+        if not (name and equals and parts.isdigit()):
+            raise ValueError(f"--substeps must be COMPONENT=N, got {text!r}")
+        found[name] = int(parts)
+    return found
+
+
+def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
+    from cosim.recording import Recording
+
+    return Recording(tuple(select or ()), every, stream)
 
 
 def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
@@ -103,26 +161,3 @@ def _worth_drawing(run: Run) -> list[str]:
     rank = {"m": 0, "rad": 0}
     moving.sort(key=lambda n: rank.get(trajectory.unit(n), 1 if n in crossing else 2))
     return moving[:6] or list(trajectory.names[:6])
-
-
-def _summary(run: Run, in_process: bool) -> list[str | Table]:
-    a, timing, trajectory = run.algorithm, run.timing, run.trajectory
-    what = "components in this process" if in_process else "FMUs"
-    parts = ", ".join(f"{p.name} ({p.source})" for p in run.system.parts)
-    head = "" if run.status == "done" else f"{run.status} at t = {trajectory.t[-1]:g} s\n"
-    spent = ", ".join(f"{name} {s:.2f} s" for name, s in timing.do_step_s.items())
-    lines = [
-        f"{head}{run.system.name}: {parts}, as {what}",
-        f"{a.name}, input degree {a.degree}, {run.steps} macro steps of {run.step * 1e3:g} ms to t = {trajectory.t[-1]:g} s",
-        f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s, in it {spent}",
-    ]
-    table = Table("at the end", "value", "unit", box=None, pad_edge=False)
-    table.columns[1].justify = "right"
-    for name, unit, value in zip(trajectory.names, trajectory.units, trajectory.values[-1], strict=True):
-        table.add_row(name, f"{value:.6g}", unit)
-    bonds = [
-        f"coupling energy residual {b.residual:.3g} J, {b.share:.2g} of the {b.exchanged:.3g} J exchanged "
-        f"(peak {b.peak_power:.2g} W), on {b.name}"
-        for b in run.energy
-    ]
-    return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"])]

@@ -27,6 +27,11 @@ class Algorithm(ABC):
         return self.degree + 1
 
     @property
+    def memory(self) -> int:
+        """How many communication points before the newest one the algorithm looks back."""
+        return self.degree
+
+    @property
     @abstractmethod
     def name(self) -> str:
         """As the command line writes it."""

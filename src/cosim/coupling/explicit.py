@@ -67,6 +67,10 @@ class Jacobi(Explicit):
     def order(self) -> int:
         return min(self.degree + 1 + self.nepce, 3)  # the cold start allows no more
 
+    @property
+    def memory(self) -> int:
+        return self.degree + self.nepce
+
     def sweep(self, network: Network, history: History, h: float, degree: int) -> tuple[np.ndarray, Used]:
         C = history.polynomial(degree)
         if self.nepce:

@@ -6,8 +6,8 @@ interpolated on all sides: order k + 1, and stable where one pass is not.
 
 - "aitken": z + w (G(z) - z), with Aitken's w from the last two residuals.
 - "newton": z + (I - J)^-1 (G(z) - z) with the interface Jacobian J = dG/dz. It starts from the components' own derivatives
-  of outputs by inputs where they give them (what is left of J as h -> 0), else from differences, and is improved by
-  Broyden's update in every iteration and kept from step to step.
+  where they give them (directional derivatives of an FMU: the macro step is then done on the linearisations), else from
+  differences, and is improved by Broyden's update in every iteration and kept from step to step.
 Source: Kuettler and Wall, Fixed-point fluid-structure interaction solvers with dynamic relaxation (2008), for Aitken's w;
 Sicklinger et al., Interface Jacobian-based co-simulation (2014).
 """
@@ -20,6 +20,7 @@ import numpy as np
 from cosim.coupling.base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
 from cosim.coupling.history import History
 from cosim.errors import ConvergenceError
+from cosim.linear import linearised
 from cosim.network import Network
 
 
@@ -103,8 +104,9 @@ class _Newton:
     def __init__(self, network: Network, history: History, h: float, degree: int, states: list[object]) -> None:
         self._history = history
         if history.jacobian is None:
-            direct = network.interface_jacobian(h)
-            history.jacobian = self._by_differences(network, history, h, degree, states) if direct is None else direct
+            linear = linearised(network)
+            on = network if linear is None else linear.network
+            history.jacobian = self._by_differences(on, history, h, degree, states if linear is None else None)
         self._last_z, self._last = np.empty(0), np.empty(0)
 
     def __call__(self, z: np.ndarray, residual: np.ndarray) -> np.ndarray:
@@ -120,20 +122,29 @@ class _Newton:
         return np.linalg.lstsq(np.eye(z.size) - J, residual)[0]
 
     @staticmethod
-    def _by_differences(network: Network, history: History, h: float, degree: int, states: list[object]) -> np.ndarray:
-        """dG/dz by repeating the macro step once for every coupled output."""
-        coupled, t = network.coupled, history.t[0]
-        guess = history.Y[0]
+    def _by_differences(network: Network, history: History, h: float, degree: int, states: list[object] | None) -> np.ndarray:
+        """dG/dz by repeating the macro step once for every coupled output, on the slaves or on their linearisations.
+
+        states : where the slaves are to go back to; None for linearisations, which stand at zero.
+        """
+        coupled, t, base = network.coupled, history.t[0], history.Y[0]
+        start = save_all(network) if states is None else states
+        points = History(t, np.zeros_like(base) if states is None else base, history.held)
+        if states is not None:
+            points.t, points.Y = history.t, history.Y
+        else:
+            points.t, points.Y = list(history.t), [np.zeros_like(base) for _ in history.Y]
 
         def reached(Y: np.ndarray) -> np.ndarray:
-            step_all(network, history.through(h, Y, degree), t, h)
+            step_all(network, points.through(h, Y, degree), t, h)
             result = network.outputs(Y.copy(), t + h)[coupled]
-            go_back(network, states)
+            go_back(network, start)
             return result
 
-        base, J = reached(guess), np.zeros((coupled.size, coupled.size))
+        origin = points.Y[0]
+        still, J = reached(origin), np.zeros((coupled.size, coupled.size))
         for column, k in enumerate(coupled):
-            moved = guess.copy()
-            moved[k] += 1e-6 * max(1.0, network.largest[column])
-            J[:, column] = (reached(moved) - base) / (moved[k] - guess[k])
+            moved = origin.copy()
+            moved[k] += 1.0 if states is None else 1e-6 * max(1.0, network.largest[column])
+            J[:, column] = (reached(moved) - still) / (moved[k] - origin[k])
         return J

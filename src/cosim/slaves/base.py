@@ -40,6 +40,19 @@ class RawFmi2:
     check: Callable[[int, str, float, float], None]
 
 
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """A slave linearised where it stands: x' = A x + B u, y = C x + D u, of its continuous states and smooth real signals.
+
+    Shapes: A (n_x, n_x), B (n_x, n_u), C (n_y, n_x), D (n_y, n_u); zero for signals that are not smooth.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+
+
 class Slave(ABC):
     """A component between communication points; a step may be repeated after restore().
 
@@ -103,6 +116,10 @@ class Slave(ABC):
 
         Zero for signals that are not smooth.
         """
+
+    @abstractmethod
+    def state_space(self) -> StateSpace | None:
+        """The linearisation at the present state and inputs; None where the slave does not give it."""
 
     @abstractmethod
     def close(self) -> None:

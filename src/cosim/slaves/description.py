@@ -71,6 +71,7 @@ class Description:
     dependencies: Mapping[str, tuple[str, ...] | None]
     units: Mapping[str, Unit | None]
     experiment: Mapping[str, str] = field(default_factory=dict)
+    states: tuple[tuple[int, int], ...] = ()  # value references of each continuous state and of its derivative
 
     def can(self, capability: str) -> bool:
         """Whether the Co-Simulation interface has a boolean capability."""
@@ -115,6 +116,7 @@ def parse(file: str, data: bytes) -> Description:
     try:
         rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
         dependencies = _dependencies_3(root, rows) if major == "3" else _dependencies_2(root, rows)
+        states = _states_3(root, rows) if major == "3" else _states_2(root, rows)
     except (KeyError, IndexError, ValueError) as error:
         what = str(error) if isinstance(error, ValueError) else f"it refers to {error}, which is not there"
         raise ValueError(f"{where}: {what}") from None
@@ -122,7 +124,7 @@ def parse(file: str, data: bytes) -> Description:
     return Description(
         file, major, root.get("modelName", ""), root.get("instantiationToken" if major == "3" else "guid", ""), dict(root.attrib),
         {e.tag: dict(e.attrib) for e in root if e.tag in kinds}, rows, dependencies, units,
-        {} if experiment is None else dict(experiment.attrib),
+        {} if experiment is None else dict(experiment.attrib), states,
     )  # fmt: skip
 
 
@@ -218,6 +220,27 @@ def _row_alias(row: Row, alias: etree._Element) -> Row:
     """The same variable under another name: it can be given a value, but the outputs list it once."""
     causality = "local" if row.causality == "output" else row.causality
     return Row(**{**row.__dict__, "name": alias.get("name", ""), "causality": causality if causality != "input" else "local"})
+
+
+def _states_2(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
+    elements = root.findall("ModelVariables/ScalarVariable")
+    found = []
+    for element in root.iterfind("ModelStructure/Derivatives/Unknown"):
+        place = int(element.get("index", "0")) - 1
+        real = elements[place].find("Real") if 0 <= place < len(elements) else None
+        state = int(real.get("derivative", "0")) - 1 if real is not None else -1
+        if not 0 <= state < len(rows):
+            raise ValueError(f"ModelStructure lists {place + 1} as a derivative, which names no state")
+        found.append((rows[state].reference, rows[place].reference))
+    return tuple(found)
+
+
+def _states_3(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
+    of = {e.get("valueReference"): e.get("derivative") for e in root.findall("ModelVariables/*") if e.get("derivative")}
+    listed = [e.get("valueReference") for e in root.iterfind("ModelStructure/ContinuousStateDerivative")]
+    scalar = {row.reference for row in rows if row.size == 1}
+    pairs = [(int(of[r] or -1), int(r or -1)) for r in listed if r in of]
+    return tuple(pair for pair in pairs if len(pairs) == len(listed) and set(pair) <= scalar)
 
 
 def _dependencies_2(root: etree._Element, rows: tuple[Row, ...]) -> dict[str, tuple[str, ...] | None]:

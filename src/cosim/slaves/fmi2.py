@@ -145,6 +145,11 @@ class Fmi2Slave(FmuSlave):
         result[group.places] = found
         return status
 
+    def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
+        refs, knowns, seed = (ctypes.c_uint * len(unknowns))(*unknowns), (ctypes.c_uint * 1)(known), np.ones(1)
+        pointers = seed.ctypes.data_as(POINTER), result.ctypes.data_as(POINTER)
+        return int(self._derivative(self._instance, refs, len(unknowns), knowns, 1, *pointers))
+
     def _raw(self) -> RawFmi2 | None:
         """See RawFmi2; None where a signal is not real, or not smooth while derivatives would be set."""
         if any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):

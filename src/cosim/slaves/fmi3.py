@@ -151,3 +151,8 @@ class Fmi3Slave(FmuSlave):
         )  # fmt: skip
         result[group.places] = found
         return status
+
+    def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
+        refs, knowns, seed = (ctypes.c_uint * len(unknowns))(*unknowns), (ctypes.c_uint * 1)(known), np.ones(1)
+        pointers = seed.ctypes.data_as(POINTER), 1, result.ctypes.data_as(POINTER), result.size
+        return int(self._derivative(self._instance, refs, len(unknowns), knowns, 1, *pointers))

@@ -18,7 +18,7 @@ import numpy as np
 
 from cosim import archive
 from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave, Value
+from cosim.slaves.base import Signal, Slave, StateSpace, Value
 from cosim.slaves.description import REAL, Description, Row
 from cosim.slaves.library import STATUS, Library, Log
 from cosim.slaves.signal import Type
@@ -91,6 +91,10 @@ class FmuSlave(Slave):
     @abstractmethod
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
         """The calls get(instance) and set(instance) of variables of one type."""
+
+    @abstractmethod
+    def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
+        """Write d(unknowns) / d(known), given by value references, into result, shape (n,); returns the status."""
 
     @abstractmethod
     def _directional(self, column: int, result: np.ndarray) -> int:
@@ -242,6 +246,23 @@ class FmuSlave(Slave):
                 self.check(self._directional(j, column), f"{self.prefix}GetDirectionalDerivative", 0.0, 0.0)
                 found[rows, j] = column[rows]
         return found
+
+    def state_space(self) -> StateSpace | None:
+        states = self.description.states
+        plain = all(row.size == 1 for group in (*self._input_groups, *self._output_groups) for row in group.rows)
+        if not self._differentiable or not plain or any(not s.smooth for s in (*self.inputs, *self.outputs)):
+            return None
+        if self._output_groups and len(self._output_groups) != 1:
+            return None
+        n_x, n_u, n_y = len(states), len(self.inputs), len(self.outputs)
+        unknowns = [derivative for _, derivative in states] + [self._rows[s.name].reference for s in self.outputs]
+        knowns = [state for state, _ in states] + [self._rows[s.name].reference for s in self.inputs]
+        M, column = np.zeros((n_x + n_y, n_x + n_u)), np.zeros(n_x + n_y)
+        for k, known in enumerate(knowns if unknowns else []):
+            if self._sensitivity(unknowns, known, column) > 1:
+                return None  # states as knowns are beyond what the standard asks of Co-Simulation
+            M[:, k] = column
+        return StateSpace(M[:n_x, :n_x], M[:n_x, n_x:], M[n_x:, :n_x], M[n_x:, n_x:])
 
     # ---- states
 

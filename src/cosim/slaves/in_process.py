@@ -12,7 +12,7 @@ from component import Component, Variable
 from component.calling import bound
 from component.integration import INPUT_DEGREE, Progress, StepError, advance, error_control, first_sample, input_at, pieces
 from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave, Value
+from cosim.slaves.base import Signal, Slave, StateSpace, Value
 
 
 class ComponentSlave(Slave):
@@ -112,6 +112,20 @@ class ComponentSlave(Slave):
         """dy/du as a function of (x, u, p), shape (n_y, n_u)."""
         symbols = [ca.MX.sym(name, size) for name, size in zip("xup", (self._x.size, self._u.size, self._p.size), strict=True)]
         return ca.Function("dy_du", symbols, [ca.densify(ca.jacobian(self._component.output(*symbols), symbols[1]))])
+
+    def state_space(self) -> StateSpace | None:
+        if self._component.sample is not None:
+            return None  # what a sampled part does to the states is no derivative
+        return StateSpace(*(np.array(M) for M in self._linear(self._x, self._u, self._p)))
+
+    @cached_property
+    def _linear(self) -> ca.Function:
+        """A, B, C, D as a function of (x, u, p)."""
+        c = self._component
+        x, u, p = (ca.MX.sym(name, size) for name, size in zip("xup", (self._x.size, self._u.size, self._p.size), strict=True))
+        rates, outputs = c.rhs(x, u, p), c.output(x, u, p)
+        matrices = [ca.densify(ca.jacobian(f, by)) for f in (rates, outputs) for by in (x, u)]
+        return ca.Function("linear", [x, u, p], matrices)
 
     def close(self) -> None:
         pass

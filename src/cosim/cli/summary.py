@@ -1,0 +1,103 @@
+"""What a run tells: as a document and in words."""
+
+from typing import Any
+
+from rich.table import Table
+
+from cosim.certificate import Certificate
+from cosim.cli.common import finite
+from cosim.master import Run
+
+
+def document(run: Run) -> dict[str, Any]:
+    """The run as JSON holds it; SI units but for values, which are in the units of their variables."""
+    return {
+        "system": run.system.name,
+        "components": {part.name: part.source for part in run.system.parts},
+        "step": run.step,
+        "algorithm": run.algorithm.name,
+        "order": run.algorithm.degree,
+        "steps": run.steps,
+        "status": run.status,
+        "stop": float(run.trajectory.t[-1]),
+        "end": run.trajectory.end(),
+        "units": dict(zip(run.trajectory.names, run.trajectory.units, strict=True)),
+        "energy_residual": run.energy_residual,
+        "bonds": [
+            {"bond": b.name, "residual_J": b.residual, "peak_W": b.peak_power, "exchanged_J": b.exchanged, "share": b.share}
+            for b in run.energy
+        ],
+        "iterations": run.iterations,
+        "rejections": run.rejections,
+        "timing": {
+            "setup_s": run.timing.setup_s,
+            "loop_s": run.timing.loop_s,
+            "do_step_s": run.timing.do_step_s,
+            "master_s": run.timing.master_s,
+        },
+    }
+
+
+def summary(run: Run, in_process: bool) -> list[str | Table]:
+    a, timing, trajectory = run.algorithm, run.timing, run.trajectory
+    what = "components in this process" if in_process else "FMUs"
+    parts = ", ".join(f"{p.name} ({p.source})" for p in run.system.parts[:8])
+    if len(run.system.parts) > 8:
+        parts += f" and {len(run.system.parts) - 8} more"
+    head = "" if run.status == "done" else f"{run.status} at t = {trajectory.t[-1]:g} s\n"
+    slowest = sorted(timing.do_step_s.items(), key=lambda item: -item[1])[:8]
+    spent = ", ".join(f"{name} {s:.2f} s" for name, s in slowest)
+    even = f"macro steps of {run.step * 1e3:g} ms" if run.rejections == 0 else f"macro steps, {run.rejections} rejected,"
+    iterated = f", {run.iterations / run.steps:.1f} iterations a step" if run.iterations and run.steps else ""
+    lines = [
+        f"{head}{run.system.name}: {parts}, as {what}",
+        f"{a.name}, input degree {a.degree}, {run.steps} {even} to t = {trajectory.t[-1]:g} s{iterated}",
+        f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s, in it {spent}",
+    ]
+    table = Table("at the end", "value", "unit", box=None, pad_edge=False)
+    table.columns[1].justify = "right"
+    for name, unit, value in list(zip(trajectory.names, trajectory.units, trajectory.values[-1], strict=True))[:60]:
+        table.add_row(name, f"{value:.6g}", unit)
+    bonds = [
+        f"coupling energy residual {b.residual:.3g} J, {b.share:.2g} of the {b.exchanged:.3g} J exchanged "
+        f"(peak {b.peak_power:.2g} W), on {b.name}"
+        for b in run.energy
+    ]
+    return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"])]
+
+
+def certificate_document(certificate: Certificate) -> dict[str, Any]:
+    stability = certificate.stability
+    return {
+        "observed_order": finite(certificate.observed_order),
+        "errors": {e.name: {"largest": e.largest, "end": e.end, "size": e.size, "unit": e.unit} for e in certificate.errors},
+        "stability": None
+        if stability is None
+        else {
+            "spectral_radius": stability.radius,
+            "exact": stability.exact,
+            "stable": stability.is_stable(),
+            "largest_stable_step": finite(stability.largest_step),
+        },
+    }
+
+
+def certificate_words(certificate: Certificate) -> list[str | Table]:
+    table = Table("estimated coupling error", "largest", "at the end", "of a size of", "unit", box=None, pad_edge=False)
+    for column in table.columns[1:4]:
+        column.justify = "right"
+    for e in certificate.errors[:60]:
+        table.add_row(e.name, f"{e.largest:.2e}", f"{e.end:+.2e}", f"{e.size:.3g}", e.unit)
+    order = f"observed order {certificate.observed_order:.2f}" if certificate.observed_order == certificate.observed_order else (
+        "observed order: differences are at rounding")  # fmt: skip
+    stability = certificate.stability
+    if stability is None:
+        margin = "stability margin: unknown, a component does not give its derivatives"
+    else:
+        state = "stable" if stability.is_stable() else "UNSTABLE"
+        limit = f"{stability.largest_step * 1e3:.4g} ms" if finite(stability.largest_step) else "beyond 1000 times this one"
+        margin = (
+            f"coupling {state}: spectral radius {stability.radius:.8g} a step ({stability.exact:.8g} without coupling error), "
+            f"largest stable step {limit}"
+        )
+    return ["", table, order, margin]

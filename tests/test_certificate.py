@@ -1,0 +1,101 @@
+"""The certificate: its error estimate against true errors, its stability margin against runs, on FMUs and in process."""
+
+import numpy as np
+import oscillators
+import pytest
+
+from cosim import GaussSeidel, Iterated, Jacobi, System, system
+from cosim.certificate import certify, margin, spectral_radius
+from cosim.coupling import Algorithm
+from cosim.linear import linearised
+from cosim.master import open_network, run
+from cosim.monolith import Monolith
+
+PAIR = system("wheel-pair")
+CASES = {
+    "wheel pair": (PAIR, 8e-3, 2.0),
+    "wheel pair, nonlinear gyro": (PAIR.with_source("gyro", "nonlinear"), 8e-3, 2.0),
+    "two masses": (oscillators.pair(), 8e-3, 2.0),
+    "two masses, nonlinear": (oscillators.pair(cubic=20.0), 8e-3, 2.0),
+}
+
+
+@pytest.mark.parametrize(
+    "algorithm", [Jacobi(0), Jacobi(1), Jacobi(2), GaussSeidel(1), Iterated(1)], ids=lambda a: f"{a.name}-{a.degree}"
+)
+@pytest.mark.parametrize("name", CASES)
+def test_estimated_errors_are_the_true_ones_within_a_factor_of_two(name: str, algorithm: Algorithm) -> None:
+    plan, step, stop = CASES[name]
+    with open_network(plan, in_process=True) as network:
+        result = run(network, algorithm, step, stop)
+        certificate = certify(network, result, stop)
+    exact = Monolith(plan).solve(result.trajectory.t).values
+    for k, error in enumerate(certificate.errors):
+        true = float(np.abs(result.trajectory.values[:, k] - exact[:, k]).max())
+        if true > 1e-9 * error.size:
+            assert 0.5 < error.largest / true < 2.0, error
+    assert certificate.observed_order == pytest.approx(algorithm.order, abs=0.3)
+    worst = max(e.largest / e.size for e in certificate.errors if e.size)
+    assert certificate.worst.largest / certificate.worst.size == worst
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(1), GaussSeidel(0), GaussSeidel(2), Jacobi(0, nepce=True)], ids=repr)
+def test_largest_stable_step_is_where_runs_begin_to_grow(algorithm: Algorithm) -> None:
+    """A damped oscillator pair must die out: it does just below the margin's step and grows just above."""
+    plan = oscillators.pair()
+    with open_network(plan, in_process=True) as network:
+        run(network, algorithm, 1e-3, 0.1)
+        found = margin(network, algorithm, 1e-3)
+        assert found is not None
+        assert found.is_stable()
+        limit = found.largest_step
+        assert np.isfinite(limit)
+
+        def grows(h: float) -> bool:
+            size = np.abs(run(network, algorithm, h, 400 * h).trajectory.values).max(axis=1)
+            return bool(size[-40:].max() > size[160:200].max())
+
+        assert not grows(0.97 * limit)
+        assert grows(1.03 * limit)
+
+
+def test_radius_of_a_fine_step_is_that_of_the_solution() -> None:
+    """As h -> 0 the map of a macro step tends to the exact one: radius e^(growth h), of the least damped root."""
+    with open_network(PAIR, in_process=True) as network:
+        network.initialize(0.0, 1.0)
+        found = margin(network, Jacobi(1), 1e-3)
+    assert found is not None
+    assert found.radius == pytest.approx(found.exact, abs=1e-8)
+    assert np.log(found.exact) / 1e-3 == pytest.approx(-0.10036595, rel=1e-5)  # the slow yaw root at 100 rpm
+
+
+def test_fmus_give_the_same_linearisation_as_their_components() -> None:
+    plan = PAIR.with_source("gyro", "nonlinear").with_value("gyro.gimbal_angle", 0.4)
+    found = []
+    for in_process in (True, False):
+        with open_network(plan, in_process=in_process) as network:
+            run(network, Jacobi(1), 1e-3, 0.5)
+            linear = linearised(network)
+            assert linear is not None
+            found.append((linear.joined(), spectral_radius(linear, Jacobi(2), 0.01)))
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=1e-11, atol=1e-12)
+    assert found[0][1] == pytest.approx(found[1][1], rel=1e-12)
+
+
+def test_joined_linearisations_are_the_monoliths_jacobian() -> None:
+    plan = oscillators.pair(cubic=20.0)
+    with open_network(plan, in_process=True) as network:
+        network.initialize(0.0, 1.0)
+        linear = linearised(network)
+    assert linear is not None
+    joined = Monolith(plan)
+    np.testing.assert_allclose(linear.joined(), joined.matrix(x=joined.x0), rtol=1e-12)
+
+
+def test_a_component_without_derivatives_has_no_margin_but_a_certificate() -> None:
+    from cosim import Part
+
+    plan = System("s", (Part("count", f"{oscillators.HERE}:counter"),), ())
+    with open_network(plan, in_process=True) as network:
+        result = run(network, Jacobi(1), 1e-2, 0.1)
+        assert certify(network, result, 0.1).stability is None
