@@ -1,0 +1,131 @@
+"""cosim compare: the same run with several variants of a unit, and a verdict."""
+
+import cmath
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from cosim.compare import Candidate, Comparison, compare
+from cosim.coupling import ALGORITHMS, algorithm
+
+
+def command(
+    system: SystemName,
+    variants: Annotated[
+        list[str] | None,
+        typer.Option("--gyro", metavar="VARIANT[,PARAMETER=VALUE...]", help="repeat; the first is the reference"),
+    ] = None,
+    set_: Values = None,
+    family: Annotated[str, typer.Option("--component", metavar="NAME", help="what is swapped")] = "gyro",
+    tolerances: Annotated[Path | None, typer.Option(metavar="FILE", help="a .toml file of limits; 5 % otherwise")] = None,
+    step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
+    stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs")] = None,
+    algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
+    order: Annotated[int, typer.Option(help="degree of the input extrapolation: 0, 1 or 2")] = 1,
+    in_process: InProcess = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the comparison, e.g. into a .png file")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Run SYSTEM with every --gyro in turn and compare with the first: signals, energy, frequency response, a verdict.
+
+    Exit code 1 where a variant does not keep the tolerances. --set gyro.X=... goes to the variants that have an X.
+    """
+    from cosim import figures, tolerance
+
+    values = []
+    for text in set_ or ():
+        target, equals, value = text.partition("=")
+        if not equals:
+            raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUE, got {text!r}")
+        values.append((target.strip(), value.strip()))
+    limits = None if tolerances is None else tolerance.read(tolerances)
+    writable(plot, figures.check_format)
+    plan = chosen_system(system, None, None)
+    with progress(f"comparing on {plan.name}") as show:
+        result = compare(
+            plan, variants or (), family=family, values=values, tolerances=limits, algorithm=algorithm(algorithm_, order),
+            step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
+        )  # fmt: skip
+    if plot is not None:
+        from cosim import unit_figures
+
+        figures.save(unit_figures.comparison(result), plot)
+    say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))
+    return 0 if result.verdict else 1
+
+
+def document(result: Comparison) -> dict[str, Any]:
+    """The comparison as JSON holds it; SI units, frequency responses as size and phase in rad."""
+
+    def row(c: Candidate) -> dict[str, Any]:
+        return {
+            "variant": c.label, "source": c.source, "verdict": c.verdict, "violations": list(c.violations), "failure": c.failure,
+            "ignored": list(c.ignored),
+            "signals": {n: {k: finite(v) for k, v in vars(d).items()} for n, d in c.differences.items()},
+            "energy": [
+                {"unit": e.unit, "absorbed_J": e.absorbed, "least_J": e.least, "exchanged_J": e.exchanged, "created_J": e.created}
+                for e in c.energies
+            ],
+            "coupling_residual_J": None if c.run is None else c.run.energy_residual,
+            "responses": [
+                {"bond": r.name, "frequency_Hz": r.frequency.tolist(), "size": [abs(v) for v in r.value.tolist()],
+                 "phase_rad": [cmath.phase(v) for v in r.value.tolist()]}
+                for r in c.responses
+            ],
+        }  # fmt: skip
+
+    return {
+        "system": result.system.name, "component": result.family, "reference": result.candidates[0].label,
+        "verdict": result.verdict, "tolerances": {"signals": result.tolerances.signals, "created": result.tolerances.created},
+        "variants": [row(c) for c in result.candidates],
+    }  # fmt: skip
+
+
+def _words(result: Comparison) -> list[str | Table]:
+    reference, *others = result.candidates
+    assert reference.run is not None
+    members = result.system.members(result.family)
+    shown = [n for n in reference.differences if n.partition(".")[0] not in members or result.tolerances.limits(n)]
+    shown = [n for n in shown if reference.run.trajectory[n].min() < reference.run.trajectory[n].max()]
+    table = Table("signal", "variant", "rms", "peak", "time shift", "correlation", "largest value", "reference", "unit", box=None,
+                  pad_edge=False)  # fmt: skip
+    for column in table.columns[2:8]:
+        column.justify = "right"
+    for column in table.columns[:2]:
+        column.overflow = "fold"
+    for name in shown:
+        for k, c in enumerate(others):
+            if name in c.differences:
+                d = c.differences[name]
+                table.add_row(
+                    name if k == 0 else "", c.label, f"{d.rms:.2%}", f"{d.peak:.2%}", f"{d.shift * 1e3:.2f} ms",
+                    f"{d.correlation:.4f}", f"{d.own_peak:.4g}", f"{d.reference_peak:.4g}", reference.run.trajectory.unit(name),
+                )  # fmt: skip
+    words: list[str | Table] = [
+        f"{result.system.name} to t = {reference.run.trajectory.t[-1]:g} s, against {result.family} = {reference.label}: "
+        "difference over the reference's rms and largest value",
+        table, "", _energy_table(result), "",
+    ]  # fmt: skip
+    for c in others:
+        words.append(f"{c.label}: {'yes' if c.verdict else 'no'}" + "".join(f"\n  {v}" for v in c.violations))
+        if c.ignored:
+            words.append(f"  (has no {', '.join(c.ignored)})")
+    if reference.ignored:
+        words.append(f"({reference.label} has no {', '.join(reference.ignored)})")
+    return [*words, f"verdict: {'yes' if result.verdict else 'no'}, by tolerances {result.tolerances.where}"]
+
+
+def _energy_table(result: Comparison) -> Table:
+    table = Table("energy [J]", "unit", "exchanged", "absorbed", "least absorbed", "created by the interface", "share",
+                  "coupling residual", box=None, pad_edge=False)  # fmt: skip
+    for column in table.columns[2:]:
+        column.justify = "right"
+    for c in result.candidates:
+        for e in c.energies:
+            created = ("not reported", "") if e.created is None or e.share is None else (f"{e.created:.3g}", f"{e.share:.2%}")
+            residual = f"{c.run.energy_residual:.2g}" if c.run is not None else ""
+            table.add_row(c.label, e.unit, f"{e.exchanged:.4g}", f"{e.absorbed:.4g}", f"{e.least:.2g}", *created, residual)
+    return table
