@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import compare, converge, export, listing, paper, run
+from cosim.cli import compare, converge, export, listing, paper, plot, run, sweep
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -26,6 +26,8 @@ for name, function in (
     ("converge", converge.command),
     ("compare", compare.command),
     ("paper", paper.command),
+    ("sweep", sweep.command),
+    ("plot", plot.command),
 ):
     app.command(name)(function)
 

@@ -1,0 +1,75 @@
+"""cosim plot: draw what is in a file, time histories of a run or maps of a sweep."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cosim.cli.common import AsJson, say, writable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="the results of cosim run or of cosim sweep")],
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="NAMES", help="signals of a run; X Y MEASURE, or X MEASURE, of a sweep")
+    ] = None,
+    where: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="of a sweep, only the runs with this value of an axis")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="IMAGE", help="where to draw; beside FILE, as .png, otherwise")
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Draw signals of a run over time, or a measure of a sweep over its axes."""
+    from cosim import figures
+    from cosim.sweep.store import journal_of
+
+    image = output or file.with_suffix(".png")
+    writable(image, figures.check_format)
+    if not file.is_file() and not journal_of(file).is_file():
+        raise ValueError(f"file {str(file)!r} must exist")
+    made = _sweep(file, names or [], where or []) if _holds_a_sweep(file) else _run(file, names or [], where or [])
+    figures.save(made, image)
+    say(as_json, lambda: {"files": [str(image)]}, f"wrote {image}")
+    return 0
+
+
+def _holds_a_sweep(file: Path) -> bool:
+    from cosim.sweep.store import journal_of
+    from cosim.sweep.table import is_sweep
+
+    return journal_of(file).is_file() or is_sweep(file)
+
+
+def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
+    from cosim.sweep.maps import draw, selected
+    from cosim.sweep.store import load
+
+    table = load(file)
+    for text in where:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals:
+            raise ValueError(f"--where must be NAME=VALUE, got {text!r}")
+        table = selected(table, name, value)
+    return draw(table, names)
+
+
+def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
+    from cosim import figures
+    from cosim.trajectory import read_csv
+
+    if where:
+        raise ValueError(f"--where is for the file of a sweep, {str(file)!r} is none")
+    if file.suffix != ".csv":
+        raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote, or the file of a sweep")
+    try:
+        trajectory = read_csv(file)
+    except (ValueError, StopIteration, UnicodeDecodeError) as error:
+        raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote: {error}") from None
+    for name in names:
+        trajectory[name]  # names what is unknown
+    return figures.time_histories(trajectory, names or trajectory.names[:6], file.name)

@@ -1,0 +1,73 @@
+"""What a sweep asks of the components before it begins: which values its axes may take, which signals there are."""
+
+import fnmatch
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+from cosim.catalogue import unknown
+from cosim.master import open_network
+from cosim.network import Network
+from cosim.sweep.axes import Value
+from cosim.system import System
+
+MEASURES = ("end", "max", "rms")  # of each signal
+
+
+class Inquiry:
+    """The system with each of its variants, opened to ask what there is. units : column -> unit of what was asked for."""
+
+    def __init__(self, system: System, variants: Mapping[str, Sequence[str]]) -> None:
+        for target in variants:
+            system.members(target)
+        first = {target: names[0] for target, names in variants.items() if names}
+        others = [{**first, t: name} for t, names in variants.items() for name in names[1:]]
+        self._system = system
+        self._open: list[Network] = []
+        self.units: dict[str, str] = {}
+        try:
+            for chosen in [first, *others]:
+                made = system
+                for target, variant in chosen.items():
+                    made = made.with_source(target, variant)
+                self._open.append(open_network(made))
+        except BaseException:
+            self.close()
+            raise
+
+    def value(self, target: str, given: str | float) -> Value:
+        """`given` in the unit of the variable that `target` names; all variants must agree about it."""
+        self._system.with_value(target, given)
+        name, _, variable = target.partition(".")
+        found: set[tuple[Any, str]] = set()
+        for network in self._open:
+            for slave in network.slaves:
+                if slave.name in self._system.members(name):
+                    found.add((slave.start_values({variable: given})[variable], slave.settable[variable].unit))
+        if len(found) > 1:
+            raise ValueError(f"axis {target!r} must have the same unit everywhere, has {', '.join(unit for _, unit in found)}")
+        ((value, self.units[target]),) = found
+        if not isinstance(value, str | float | int):
+            raise ValueError(f"axis {target!r} must take single numbers or text, not arrays or bytes")
+        return value
+
+    def signals(self, patterns: Sequence[str]) -> tuple[str, ...]:
+        """Outputs of any variant that match a pattern; their measures' units are noted."""
+        units = {name: unit for network in self._open for name, unit in zip(network.names, network.units, strict=True)}
+        for pattern in patterns:
+            if not fnmatch.filter(units, pattern):
+                raise unknown("signal", pattern, units)
+        chosen = tuple(name for name in units if not patterns or any(fnmatch.fnmatchcase(name, p) for p in patterns))
+        self.units |= {f"{name}.{measure}": units[name] for name in chosen for measure in MEASURES if units[name]}
+        return chosen
+
+    def __enter__(self) -> "Inquiry":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close what was opened."""
+        for network in self._open:
+            network.close()

@@ -1,0 +1,195 @@
+"""The plan of a sweep: which runs there are, what identifies each, and what is kept of it. It runs nothing.
+
+A run is identified by a hash of all that decides its result: the contents of the FMUs, the wiring, every value, algorithm,
+degree, step and length. Files keep rows by that key, so a sweep that is stopped and started again repeats nothing.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from cosim import archive, catalogue
+from cosim.coupling import Algorithm, algorithm
+from cosim.master import macro_steps
+from cosim.sweep.axes import Axis, Listed, Point, Value, parse, points
+from cosim.sweep.inquiry import MEASURES, Inquiry
+from cosim.system import System
+
+CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
+FIXED = ("status", "error", "steps", "t_end", "wall_s", "energy_residual", "energy_exchanged")
+TEXT = ("run", "status", "error")
+UNITS = {"energy_residual": "J", "energy_exchanged": "J", "t_end": "s", "wall_s": "s", "step": "s"}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What all runs of a sweep share; small, so that it goes to every worker.
+
+    system : the sources of its parts are keys of FMU files, as are the values of `variants`.
+    variants : component (or what addresses several) -> variant -> component -> key of its FMU.
+    defaults : the values of those CHOICES that are no axis. signals : whose measures are kept.
+    """
+
+    system: System
+    variants: Mapping[str, Mapping[str, Mapping[str, str]]]
+    defaults: Mapping[str, Value]
+    stop: float
+    signals: tuple[str, ...]
+
+    def system_at(self, point: Point, files: Mapping[str, str]) -> System:
+        """The system of one run, with the FMUs where this machine has them (cosim.archive writes locations so)."""
+        system = self.system
+        for target, value in point.items():
+            if target not in CHOICES and target not in self.variants:
+                system = system.with_value(target, value)
+        chosen = {n: key for t, of in self.variants.items() for n, key in of[str(point[t])].items()}
+        parts = tuple(replace(p, source=files[chosen.get(p.name, p.source)]) for p in system.parts)
+        return replace(system, parts=parts)
+
+    def algorithm_at(self, point: Point) -> Algorithm:
+        """The coupling algorithm of one run."""
+        chosen = {**self.defaults, **point}
+        return algorithm(str(chosen["algorithm"]), int(chosen["order"]))
+
+    def step_at(self, point: Point) -> float:
+        """The macro step of one run, s."""
+        return float({**self.defaults, **point}["step"])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A sweep: its frame, its axes, its runs by key, the locations of the FMUs by key, and what its file says of it.
+
+    units : column -> unit, where it has one. definition : as JSON; equal for equal sweeps.
+    """
+
+    frame: Frame
+    axes: tuple[Axis, ...]
+    runs: Mapping[str, Point]
+    files: Mapping[str, str]
+    units: Mapping[str, str]
+    definition: Mapping[str, Any]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Of a row: its key, the axes, what became of the run, and the measures of the signals."""
+        measures = (f"{signal}.{measure}" for signal in self.frame.signals for measure in MEASURES)
+        return ("run", *(axis.target for axis in self.axes), *FIXED, *measures)
+
+    @property
+    def text_columns(self) -> tuple[str, ...]:
+        """Those whose values are text."""
+        named = (a.target for a in self.axes if isinstance(a, Listed) and any(isinstance(v, str) for v in a.values))
+        return (*TEXT, *named)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What a sweep is asked to do, in the words of the command line.
+
+    values : `component.parameter` -> one value, or an axis as cosim.sweep.axes describes it.
+    variants : component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
+    algorithms, orders, steps (s) : one or several each. stop : s.
+    samples, seed : of the Latin hypercube over the ranges among `values`. signals : shell patterns; empty for all outputs.
+    """
+
+    system: System
+    values: Mapping[str, str] = field(default_factory=dict)
+    variants: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    algorithms: Sequence[str] = ("jacobi",)
+    orders: Sequence[int] = (1,)
+    steps: Sequence[float] = ()
+    stop: float | None = None
+    samples: int | None = None
+    seed: int = 0
+    signals: Sequence[str] = ()
+
+    def plan(self) -> Plan:
+        """Check it all against the components themselves, and count out the runs. ValueError for wrong use."""
+        stop = self.system.stop if self.stop is None else self.stop
+        steps = self.steps or (self.system.step,)
+        for h in steps:
+            macro_steps(h, stop)
+        for name in self.algorithms:
+            for degree in self.orders:
+                algorithm(name, degree)
+        with Inquiry(self.system, self.variants) as components:
+            axes = [parse(target, text, partial(components.value, target)) for target, text in self.values.items()]
+            for axis in axes:
+                for value in axis.values if isinstance(axis, Listed) else ():
+                    components.value(axis.target, value)
+            signals, units = components.signals(self.signals), dict(components.units)
+        listed: dict[str, tuple[Value, ...]] = {t: tuple(v) for t, v in self.variants.items()}
+        choices: dict[str, tuple[Value, ...]] = {
+            "algorithm": tuple(self.algorithms),
+            "order": tuple(map(float, self.orders)),
+            "step": tuple(steps),
+        }
+        fixed = {a.target: a.values[0] for a in axes if isinstance(a, Listed) and len(a.values) == 1}
+        kept: list[Axis] = [Listed(t, v) for t, v in (listed | choices).items() if t in listed or len(v) > 1]
+        kept += [axis for axis in axes if axis.target not in fixed]
+        system = self.system
+        for target, value in fixed.items():
+            system = system.with_value(target, value)
+        frame, files = _frame(system, self.variants, {c: v[0] for c, v in choices.items() if len(v) == 1}, stop, signals)
+        if not kept:
+            raise ValueError("a sweep must have an axis, has none: say --set COMPONENT.PARAMETER=LOW:HIGH:N")
+        base = {
+            "parts": {p.name: [p.source, {**p.bound, **p.values}] for p in frame.system.parts},
+            "connections": [asdict(connection) for connection in system.connections],
+            "bonds": [asdict(bond) for bond in system.bonds],
+            "defaults": dict(frame.defaults),
+            "stop": stop,
+            "signals": list(signals),
+        }
+        common, runs = _hash(base), {}
+        for point in points(kept, self.samples, self.seed):
+            contents = {t: frame.variants[t][str(value)] if t in frame.variants else value for t, value in point.items()}
+            runs[_hash([common, contents])] = point
+        definition = {
+            "system": system.name,
+            **base,
+            "variants": frame.variants,
+            "axes": [_described(axis) for axis in kept],
+            "samples": self.samples,
+            "seed": self.seed if self.samples is not None else None,
+        }
+        return Plan(frame, tuple(kept), runs, files, UNITS | units, definition)
+
+
+def _frame(
+    system: System, variants: Mapping[str, Sequence[str]], defaults: Mapping[str, Value], stop: float, signals: tuple[str, ...]
+) -> tuple[Frame, dict[str, str]]:
+    """The frame and its FMUs: content hash -> location."""
+    files: dict[str, str] = {}
+
+    def key(source: str) -> str:
+        location = os.path.abspath(source if source.endswith(".fmu") else catalogue.fmu(source))  # noqa: PTH100 (may hold "#")
+        digest = hashlib.sha256(archive.read(location)).hexdigest()[:20]
+        files.setdefault(digest, location)
+        return digest
+
+    keyed = {
+        target: {
+            name: {p.name: key(p.source) for p in system.with_source(target, name).parts if p.name in system.members(target)}
+            for name in names
+        }
+        for target, names in variants.items()
+    }
+    varied = {name for of in keyed.values() for parts in of.values() for name in parts}
+    parts = tuple(replace(p, source="" if p.name in varied else key(p.source)) for p in system.parts)
+    return Frame(replace(system, parts=parts), keyed, defaults, stop, signals), files
+
+
+def _described(axis: Axis) -> list[Any]:
+    if isinstance(axis, Listed):
+        return [axis.target, list(axis.values)]
+    return [axis.target, {"low": axis.low, "high": axis.high, "log": axis.log}]
+
+
+def _hash(what: Any) -> str:
+    return hashlib.sha256(json.dumps(what, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -1,0 +1,171 @@
+"""Workers on this machine: processes that do runs, fed so that none waits and none holds more than a moment's work.
+
+A worker that dies (a crash in an FMU, a signal, memory) costs only the runs it held. They are done again, one at a time;
+a run whose process dies once more is a row with that error. Workers are spawned, so a script that sweeps needs the usual
+`if __name__ == "__main__":`.
+"""
+
+import multiprocessing
+import os
+import shutil
+import signal
+import tempfile
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+
+from cosim.sweep.axes import Point
+from cosim.sweep.plan import FIXED, Frame
+from cosim.sweep.runner import Row, Runner, row_of
+
+AHEAD = 0.5  # s of work that a worker may hold
+REPORT = 0.1  # s between a worker's reports
+MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def work(connection: Connection, frame: Frame, files: Mapping[str, str], scratch: str) -> None:
+    """The life of a worker: runs come in, as (key, point); rows go out. It ends when the other side does.
+
+    scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    os.environ["TMPDIR"], tempfile.tempdir = scratch, None
+    runner = Runner(frame, files)
+    held: deque[tuple[str, Point]] = deque()
+    rows: list[Row] = []
+    try:
+        connection.send([])  # ready
+        reported = time.perf_counter()
+        while True:
+            while not held or connection.poll():
+                held.extend(connection.recv())
+            rows.append(runner.row(*held.popleft()))
+            if not held or time.perf_counter() - reported > REPORT:
+                connection.send(rows)
+                rows, reported = [], time.perf_counter()
+    except (EOFError, OSError):
+        return
+    finally:
+        runner.close()
+
+
+@dataclass(eq=False)
+class _Worker:
+    """A process and what it holds: the runs it was given and has not reported, in order."""
+
+    process: BaseProcess
+    connection: Connection
+    held: dict[str, Point] = field(default_factory=dict)
+    ready: bool = False
+
+    def close(self) -> None:
+        self.connection.close()
+        self.process.join(2.0)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        self.process.close()
+
+
+class Pool:
+    """`workers` processes for the runs of one sweep; results() yields rows as they come."""
+
+    def __init__(self, frame: Frame, files: Mapping[str, str], workers: int) -> None:
+        self._frame, self._files, self._count = frame, files, workers
+        self._workers: list[_Worker] = []
+        self._scratch = ""
+        self._suspects: deque[tuple[str, Point]] = deque()  # were held by a worker that died: done alone
+        self._once: set[str] = set()  # keys of runs that were held by a worker that died
+        self._pace = AHEAD  # s that a run takes, a mean over the latest
+
+    def results(self, todo: Mapping[str, Point]) -> Iterator[list[Row]]:
+        """Rows of all runs in `todo`, in any order; the processes end with the generator."""
+        waiting = deque(todo.items())
+        self._scratch = tempfile.mkdtemp(prefix="cosim-sweep-")
+        try:
+            for _ in range(min(self._count, len(waiting))):
+                self._workers.append(self._start())
+            left = len(waiting)
+            while left:
+                for connection in wait([w.connection for w in self._workers]):
+                    worker = next(w for w in self._workers if w.connection is connection)
+                    try:
+                        rows = worker.connection.recv()
+                    except (EOFError, OSError):
+                        rows = self._lost(worker, waiting)
+                    else:
+                        worker.ready = True
+                        self._took(worker, rows)
+                        self._feed(worker, waiting)
+                    left -= len(rows)
+                    if rows:
+                        yield rows
+        finally:
+            for worker in self._workers:
+                worker.connection.close()
+            for worker in self._workers:
+                worker.close()
+            self._workers.clear()
+            shutil.rmtree(self._scratch, ignore_errors=True)
+
+    def _start(self) -> _Worker:
+        context = multiprocessing.get_context("spawn")
+        ours, theirs = context.Pipe()
+        process = context.Process(target=work, args=(theirs, self._frame, dict(self._files), self._scratch), daemon=True)
+        process.start()
+        theirs.close()
+        return _Worker(process, ours)
+
+    def _took(self, worker: _Worker, rows: list[Row]) -> None:
+        for row in rows:
+            point = worker.held.pop(row[0])
+            seconds = row[1 + len(point) + FIXED.index("wall_s")]
+            self._pace += 0.2 * (seconds - self._pace)
+
+    def _feed(self, worker: _Worker, waiting: deque[tuple[str, Point]]) -> None:
+        """Give a worker what it may hold: a suspect alone, else runs for AHEAD seconds, and two at least so as not to wait."""
+        if self._suspects:
+            if not worker.held:
+                self._give(worker, [self._suspects.popleft()])
+            return
+        most = min(MOST, max(2, int(AHEAD / max(self._pace, 1e-6))), max(2, len(waiting) // self._count))
+        if len(worker.held) <= most // 2:
+            self._give(worker, [waiting.popleft() for _ in range(min(most - len(worker.held), len(waiting)))])
+
+    def _give(self, worker: _Worker, runs: list[tuple[str, Point]]) -> None:
+        if runs:
+            worker.held.update(runs)
+            try:
+                worker.connection.send(runs)
+            except OSError:  # it has died: wait() will say so
+                return
+
+    def _lost(self, worker: _Worker, waiting: deque[tuple[str, Point]]) -> list[Row]:
+        """A worker has died: replace it. Its runs are suspects, or, if it held one alone that was one already, a row."""
+        self._workers.remove(worker)
+        worker.connection.close()
+        worker.process.join()
+        code = worker.process.exitcode or 0
+        worker.process.close()
+        if not worker.ready:
+            raise RuntimeError(f"a worker process must start, it ended with exit code {code}")
+        reason = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        rows = []
+        for key, point in worker.held.items():
+            if key in self._once and len(worker.held) == 1:
+                error = f"the process that ran it ended with {reason}, twice"
+                rows.append(row_of(self._frame, key, point, None, error, 0.0))
+            else:
+                self._once.add(key)
+                self._suspects.append((key, point))
+        if self._suspects or waiting:
+            self._workers.append(self._start())
+        return rows

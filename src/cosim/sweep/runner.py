@@ -1,0 +1,74 @@
+"""One run of a sweep, where it is done: a point becomes a row. FMUs are opened once and serve run after run."""
+
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from cosim import master
+from cosim.errors import RunError
+from cosim.master import Run
+from cosim.network import Network
+from cosim.sweep.axes import Point
+from cosim.sweep.inquiry import MEASURES
+from cosim.sweep.plan import Frame
+from cosim.system import System
+
+Row = list[Any]  # in the order of Plan.columns
+
+
+class Runner:
+    """Does the runs of one sweep in this process. files : key of an FMU -> its location here."""
+
+    def __init__(self, frame: Frame, files: Mapping[str, str]) -> None:
+        self._frame, self._files = frame, files
+        self._open: dict[tuple[str, ...], Network] = {}
+
+    def row(self, key: str, point: Point) -> Row:
+        """Do the run and measure it; whatever goes wrong is said in the row."""
+        began = time.perf_counter()
+        run, error = None, ""
+        try:
+            run = self._run(point)
+        except RunError as failure:
+            run, error = failure.partial, str(failure)
+        except Exception as failure:  # a sweep goes on, whatever one run meets; the row names the error and its kind
+            error = f"{type(failure).__name__}: {failure}"
+        return row_of(self._frame, key, point, run, error, time.perf_counter() - began)
+
+    def close(self) -> None:
+        """Close what was opened."""
+        for network in self._open.values():
+            network.close()
+        self._open.clear()
+
+    def _run(self, point: Point) -> Run:
+        system = self._frame.system_at(point, self._files)
+        algorithm = self._frame.algorithm_at(point)
+        options = master.Options(compiled=True)
+        return master.run(self._network(system), algorithm, self._frame.step_at(point), self._frame.stop, options=options)
+
+    def _network(self, system: System) -> Network:
+        """The system's wiring and values around slaves that are open already, if ever they were opened."""
+        sources = tuple(part.source for part in system.parts)
+        if sources not in self._open:
+            self._open[sources] = master.open_network(system)
+        return Network(system, self._open[sources].slaves)
+
+
+def row_of(frame: Frame, key: str, point: Point, run: Run | None, error: str, seconds: float) -> Row:
+    """The row of a run, which may have failed on the way, or before it began."""
+    status = "failed" if error else "done"
+    head = [key, *point.values(), status, " ".join(error.split())]
+    nan = float("nan")
+    if run is None:
+        return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * (len(MEASURES) * len(frame.signals))]
+    trajectory = run.trajectory
+    place = {name: j for j, name in enumerate(trajectory.names)}
+    columns = [place.get(name) for name in frame.signals]
+    values = np.asarray(trajectory.values)
+    measured = np.array([values[-1], np.abs(values).max(axis=0), np.sqrt(np.mean(values**2, axis=0))])
+    measures = [x for j in columns for x in ([nan] * len(MEASURES) if j is None else measured[:, j].tolist())]
+    exchanged = sum(bond.exchanged for bond in run.energy)
+    return [*head, float(run.steps), float(trajectory.t[-1]), seconds, run.energy_residual, exchanged, *measures]
