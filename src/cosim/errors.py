@@ -18,7 +18,7 @@ class SlaveError(RunError):
     def __init__(self, slave: str, t: float, h: float, reason: str, log: str = "") -> None:
         over = f" over a step of {h:g} s" if h > 0.0 else ""
         super().__init__(f"component {slave!r} failed at t = {t:.9g} s{over}: {reason}" + (f"; it says: {log}" if log else ""))
-        self.slave, self.t, self.h = slave, t, h
+        self.slave, self.t, self.h, self.reason, self.log = slave, t, h, reason, log
 
 
 class WiringError(ValueError):

@@ -151,7 +151,7 @@ def refuse_excluded(wire: Connection, end: int, slave: Slave) -> None:
     component, variable = (wire.start, wire.end)[end]
     kind = slave.excluded.get(variable)
     if kind is not None:
-        _fail(wire, f"{component}.{variable} is a {kind}, which can only have a start value")
+        _fail(wire, f"{component}.{variable} is a {kind}, which takes no part in connections")
 
 
 def start_inputs(slave: Slave, values: Mapping[str, Value]) -> np.ndarray:

@@ -6,18 +6,26 @@ from cosim.slaves.base import RawFmi2, Signal, Slave
 __all__ = ["RawFmi2", "Signal", "Slave", "open_fmu", "open_slave"]
 
 
-def open_slave(name: str, source: str, *, in_process: bool = False) -> Slave:
+def open_slave(name: str, source: str, *, in_process: bool = False, isolate: bool = False) -> Slave:
     """The slave `name` for a source: an FMU file, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
+    With `isolate` an FMU runs in a process of its own, and cannot take this one down.
     """
     if source.endswith(".fmu"):
-        return open_fmu(name, source)
+        return _isolated(name, source) if isolate else open_fmu(name, source)
     if in_process:
         from cosim.slaves.in_process import ComponentSlave
 
         return ComponentSlave(name, catalogue.component(source))
-    return open_fmu(name, str(catalogue.fmu(source)))
+    location = str(catalogue.fmu(source))
+    return _isolated(name, location) if isolate else open_fmu(name, location)
+
+
+def _isolated(name: str, location: str) -> Slave:
+    from cosim.slaves.isolated import IsolatedSlave
+
+    return IsolatedSlave(name, location)
 
 
 def open_fmu(name: str, location: str) -> Slave:

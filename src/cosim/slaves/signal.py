@@ -105,10 +105,11 @@ class Signal:
 
     def _bounded(self, number: float, given: object) -> float:
         shown = number if isinstance(given, Quantity) else given
+        unit = f" {self.unit}" if self.unit else ""
         if not math.isfinite(number):
             raise ValueError(f"must be finite, got {shown}")
         if self.min is not None and number < self.min:
-            raise ValueError(f"must be at least {self.min:g} {self.unit}, got {shown}")
+            raise ValueError(f"must be at least {self.min:g}{unit}, got {shown}")
         if self.max is not None and number > self.max:
-            raise ValueError(f"must be at most {self.max:g} {self.unit}, got {shown}")
+            raise ValueError(f"must be at most {self.max:g}{unit}, got {shown}")
         return number

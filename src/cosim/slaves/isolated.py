@@ -1,0 +1,198 @@
+"""A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
+
+The child runs `python -m cosim.slaves.isolated`; requests and answers are pickled over a socket pair. What the FMU prints
+and logs goes to an unnamed file, from which its last words are read. Linux and macOS.
+"""
+
+import contextlib
+import ctypes
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cosim.errors import SlaveError
+from cosim.slaves.base import Slave, Value
+
+PATIENCE = 60.0  # s that one call may take
+FAREWELL = 2.0  # s that a child has to close before it is killed
+_DESCRIPTION = (
+    "inputs", "outputs", "settable", "excluded", "feedthrough", "input_degree", "can_restore", "can_serialize",
+)  # fmt: skip
+_DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
+
+
+class IsolatedSlave(Slave):
+    """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call."""
+
+    def __init__(self, name: str, location: str, patience: float = PATIENCE) -> None:
+        if sys.platform == "win32":
+            raise ValueError("FMUs can be isolated on Linux and macOS only")
+        self.name, self._patience = name, patience
+        self._folder = Path(tempfile.mkdtemp(prefix="cosim-"))  # the child's temporary files: it may not live to remove them
+        self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
+        self._connection, theirs = Pipe()
+        command = [sys.executable, "-m", __name__, str(theirs.fileno()), str(os.getpid())]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "TMPDIR": str(self._folder)}
+        try:
+            self._process = subprocess.Popen(
+                command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=self._words,
+                stderr=subprocess.STDOUT,
+            )  # fmt: skip
+        except BaseException:
+            self._remove()
+            raise
+        finally:
+            theirs.close()
+        try:
+            for key, value in self._ask("open", 0.0, 0.0, name, location).items():
+                setattr(self, key, value)
+        except BaseException:
+            self.close()
+            raise
+
+    def _ask(self, what: str, t: float, h: float, *arguments: Any) -> Any:
+        """The answer of the child to a request; SlaveError if it fails, dies, or does not answer in time."""
+        try:
+            self._connection.send((what, arguments))
+            if not self._connection.poll(self._patience):
+                self._process.kill()
+                raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_words())
+            kind, answer = self._connection.recv()
+        except (EOFError, OSError, pickle.UnpicklingError):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(FAREWELL)
+            raise SlaveError(self.name, t, h, f"its process {self._fate()} in {what}", self._last_words()) from None
+        if kind == "slave":
+            raise SlaveError(self.name, *answer)
+        if kind == "value":
+            raise ValueError(answer)
+        if kind == "other":
+            raise SlaveError(self.name, t, h, answer, self._last_words())
+        return answer
+
+    def _fate(self) -> str:
+        code = self._process.poll()
+        if code is None:
+            return "broke the connection"
+        if code < 0:
+            return f"was ended by signal {-code} ({signal.Signals(-code).name})"
+        return f"exited with code {code}"
+
+    def _last_words(self) -> str:
+        """The last lines that the child has printed or its FMU logged."""
+        size = self._words.seek(0, os.SEEK_END)
+        self._words.seek(max(0, size - 4096))
+        lines = [" ".join(line.split()) for line in self._words.read().decode(errors="replace").splitlines()]
+        return "; ".join([line for line in lines if line][-3:])
+
+    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        self._ask("initialize", t, 0.0, dict(values), t, stop)
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        return self._ask("output", t, 0.0, u, t)
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        self._ask("step", t, h, U, t, h)
+
+    def save(self) -> Any:
+        return self._ask("save", 0.0, 0.0)
+
+    def restore(self, snapshot: Any) -> None:
+        self._ask("restore", 0.0, 0.0, snapshot)
+
+    def discard(self, snapshot: Any) -> None:
+        if self._process.poll() is None:
+            self._ask("discard", 0.0, 0.0, snapshot)
+
+    def serialize(self) -> bytes:
+        return self._ask("serialize", 0.0, 0.0)
+
+    def deserialize(self, data: bytes) -> None:
+        self._ask("deserialize", 0.0, 0.0, data)
+
+    def jacobian(self) -> np.ndarray | None:
+        return self._ask("jacobian", 0.0, 0.0)
+
+    def state_space(self) -> Any:
+        return self._ask("state_space", 0.0, 0.0)
+
+    def close(self) -> None:
+        if self._process.poll() is None:
+            with contextlib.suppress(OSError):
+                self._connection.send(("close", ()))
+            try:
+                self._process.wait(FAREWELL)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        self._process.wait()
+        self._remove()
+
+    def _remove(self) -> None:
+        self._connection.close()
+        self._words.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def serve(connection: Connection) -> None:
+    """The child: open one FMU and do what is asked until `close` or the parent is gone."""
+    slave: Any = None
+    snapshots: dict[int, Any] = {}
+    count = 0
+    while True:
+        try:
+            what, arguments = connection.recv()
+        except (EOFError, OSError):
+            break
+        if what == "close":
+            break
+        answer: Any = None
+        kind = "done"
+        try:
+            if what == "open":
+                from cosim.slaves import open_fmu
+
+                slave = open_fmu(*arguments)
+                slave.log.echo = lambda line: print(line, flush=True)
+                answer = {key: getattr(slave, key) for key in _DESCRIPTION}
+            elif what == "save":
+                count += 1
+                snapshots[count], answer = slave.save(), count
+            elif what == "restore":
+                slave.restore(snapshots[arguments[0]])
+            elif what == "discard":
+                slave.discard(snapshots.pop(arguments[0]))
+            else:
+                answer = getattr(slave, what)(*arguments)
+        except SlaveError as error:
+            kind, answer = "slave", (error.t, error.h, error.reason, error.log)
+        except ValueError as error:
+            kind, answer = "value", str(error)
+        except Exception as error:  # whatever it is, the parent needs one line
+            kind, answer = "other", f"{type(error).__name__}: {error}"
+        connection.send((kind, answer))
+    if slave is not None:
+        slave.close()
+
+
+def main() -> None:
+    """Arguments: the number of the socket, the parent's process id."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    if os.getppid() != int(sys.argv[2]):
+        return  # it was gone before that took effect
+    serve(Connection(int(sys.argv[1])))
+
+
+if __name__ == "__main__":
+    main()

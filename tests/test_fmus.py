@@ -1,0 +1,237 @@
+"""FMUs of all sorts: both FMI versions, variables of every type, arrays, states that are kept, and what must be refused."""
+
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import small_fmus
+
+from cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, catalogue, simulate
+from cosim.slaves import Slave, open_slave
+
+
+def both_versions(folder: Path) -> list[Slave]:
+    """The same component as FMI 2.0 and FMI 3.0 FMU."""
+    files = catalogue.export("gyro_unit:nonlinear", folder, fmi=("2", "3"))
+    return [open_slave("s", str(file)) for file in files]
+
+
+def test_fmi_2_and_fmi_3_give_the_same_numbers_under_inputs_of_degree_2(tmp_path: Path) -> None:
+    """Intermediate update carries the whole polynomial: a parabola over an internal step, so that only rounding differs."""
+    two, three = both_versions(tmp_path)
+    rng = np.random.default_rng(1)
+    try:
+        assert (two.input_degree, three.input_degree) == (2, 2)
+        for slave in (two, three):
+            slave.initialize({"gimbal_angle": 0.1}, 0.0, 2.0)
+        for k in range(50):
+            U = rng.standard_normal((3, 3)) * np.array([[1.0], [10.0], [100.0]])
+            for slave in (two, three):
+                slave.step(U, 0.01 * k, 0.01)
+            a, b = (slave.output(U[0], 0.01 * (k + 1)) for slave in (two, three))
+            np.testing.assert_allclose(a, b, rtol=1e-10, atol=1e-13)  # the FMUs form the parabola in two ways
+        np.testing.assert_allclose(two.jacobian(), three.jacobian(), rtol=1e-12)
+    finally:
+        two.close()
+        three.close()
+
+
+@pytest.mark.parametrize("kind", ["component", "fmi2", "fmi3"])
+def test_a_serialized_state_continues_bit_for_bit_in_a_fresh_slave(kind: str, tmp_path: Path) -> None:
+    def fresh() -> Slave:
+        if kind == "component":
+            return open_slave("s", "gyro_unit:nonlinear", in_process=True)
+        files = catalogue.export("gyro_unit:nonlinear", tmp_path, fmi=(kind[-1],))
+        return open_slave("s", str(files[0]))
+
+    U = np.array([[0.3] * 3, [2.0] * 3, [-5.0] * 3])
+    slave = fresh()
+    slave.initialize({"rotor_speed": 20.0}, 0.0, 1.0)
+    slave.step(U, 0.0, 0.01)
+    data = slave.serialize()
+    slave.step(U, 0.01, 0.01)
+    wanted = slave.output(U[0], 0.02)
+    slave.close()
+    slave = fresh()
+    slave.initialize({"rotor_speed": 20.0}, 0.0, 1.0)
+    slave.deserialize(data)
+    slave.step(U, 0.01, 0.01)
+    np.testing.assert_array_equal(slave.output(U[0], 0.02), wanted)
+    with pytest.raises((ValueError, SlaveError)):
+        slave.deserialize(b"nonsense")
+    slave.close()
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_the_jacobian_is_that_of_differences(in_process: bool) -> None:
+    slave = open_slave("s", "gyro_unit:nonlinear", in_process=in_process)
+    try:
+        slave.initialize({"gimbal_angle": 0.4}, 0.0, 1.0)
+        u = np.array([0.2, -0.1, 0.3])
+        slave.output(u, 0.0)
+        J = slave.jacobian()
+        assert J is not None
+        for j in range(3):
+            e = np.eye(3)[j] * 1e-6
+            np.testing.assert_allclose((slave.output(u + e, 0.0) - slave.output(u - e, 0.0)) / 2e-6, J[:, j], atol=1e-9)
+        assert (J != 0).any()
+    finally:
+        slave.close()
+
+
+def test_what_cannot_serialize_says_so(tmp_path: Path) -> None:
+    slave = open_slave("m", str(small_fmus.mixed(tmp_path)))
+    slave.initialize({}, 0.0, 1.0)
+    assert not slave.can_serialize
+    assert slave.jacobian() is None
+    with pytest.raises(ValueError, match="'m' must be able to serialize its state"):
+        slave.serialize()
+    slave.close()
+
+
+def typed(folder: Path) -> System:
+    """Both hand-made FMUs; the FMI 2.0 one drives the other's integer, boolean and one element of its array."""
+    parts = (
+        Part("m", str(small_fmus.mixed(folder, unit_in="chain")), {"u": "1000m", "mode": "slow", "add": 2}),
+        Part("a", str(small_fmus.arrays(folder)), {
+            "u": "1 2 3", "gain": (2, 3, 4), "gain[2]": 10, "label": ("abc", "de"), "blob": "00ff01", "huge": 2**40,
+            "single": 0.5, "mode": "fast",
+        }),
+    )  # fmt: skip
+    return System("s", parts, (
+        Connection(("m", "count"), ("a", "tiny")), Connection(("m", "on_out"), ("a", "on")),
+        Connection(("m", "y"), ("a", "u[2]")),
+    ), step=0.01, stop=0.1)  # fmt: skip
+
+
+def test_every_type_takes_start_values_and_crosses_connections(tmp_path: Path) -> None:
+    end = simulate(typed(tmp_path)).trajectory.end()
+    chains = 1000 / 20.1168
+    assert end["m.y"] == pytest.approx(2 * chains)  # a number in furlongs, as the FMU says
+    assert end["a.y[2]"] == pytest.approx(10 * 2 * chains * 201.168)  # gain[2] times furlongs in metres
+    assert (end["a.y[1]"], end["a.y[3]"]) == (2.0, 12.0)
+    assert end["a.total"] == pytest.approx(end["a.y[1]"] + end["a.y[2]"] + end["a.y[3]"])
+    assert end["m.count"] == 10 * (1 + 2)
+    assert end["a.tiny_out"] == 27  # one step behind: held, not extrapolated
+    assert (end["m.mode_out"], end["a.mode_out"], end["a.on_out"], end["m.on_out"]) == (2, 5, 1, 1)
+    assert (end["a.huge_out"], end["a.single_out"]) == (2**40, 0.5)
+    assert end["a.length"] == len("abc") + len("de") + 3
+
+
+@pytest.mark.parametrize(
+    ("target", "value", "words"),
+    [
+        ("a.mode", "medium", "a.mode: must be one of off, fast, got 'medium'"),
+        ("a.mode", 2, r"must be one of off \(1\), fast \(5\), got 2"),
+        ("a.tiny", 1.5, "must be a whole number, got 1.5"),
+        ("a.tiny", 300, "must be at most 127, got 300"),
+        ("a.huge", -1, "must be at least 0, got -1"),
+        ("a.huge", 2**60, r"must be at most 2\^53"),
+        ("a.on", "perhaps", "must be true or false, got 'perhaps'"),
+        ("a.u", "1 2", r"must have 3 values \(3\), got 2"),
+        ("a.label", 3, "must be text, got 3"),
+        ("a.blob", "xyz", "must be bytes in hexadecimal digits, got 'xyz'"),
+        ("m.u", "3 kg", "unit 'kg' cannot be expressed in 'chain'"),
+        ("m.gain", "3 m", "must be a plain number, since no unit is stated"),
+        ("a.tick", 1, "unknown parameter of 'a': 'tick'"),
+    ],
+)
+def test_values_that_do_not_fit_their_type_are_refused(tmp_path: Path, target: str, value: object, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        simulate(typed(tmp_path).with_value(target, value))
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "words"),
+    [
+        ("m.y", "a.tick", r"a\.tick is a Clock, which takes no part in connections"),
+        ("m.y", "m.text", r"m\.text is a String, which takes no part"),
+        ("m.y", "a.mode", r"types must fit: m\.y is a real, a\.mode an enumeration"),
+        ("m.count", "a.on", r"types must fit: m\.count is an integer, a\.on a boolean"),
+        ("a.y", "m.u", "arrays must have the same number of elements, got 3 and 1"),
+    ],
+)
+def test_connections_between_types_that_do_not_fit_are_refused(tmp_path: Path, start: str, end: str, words: str) -> None:
+    (a, x), (b, y) = start.split("."), end.split(".")
+    with pytest.raises(WiringError, match=words):
+        simulate(replace(typed(tmp_path), connections=(Connection((a, x), (b, y)),)))
+
+
+def test_whole_arrays_are_connected_element_by_element(tmp_path: Path) -> None:
+    file = str(small_fmus.arrays(tmp_path))
+    plan = System("s", (Part("a", file, {"u": "1 2 3"}), Part("b", file)), (Connection(("a", "y"), ("b", "u")),))
+    end = simulate(plan, step=0.01, stop=0.05, algorithm=Jacobi(0)).trajectory.end()
+    assert [end[f"b.y[{i}]"] for i in (1, 2, 3)] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ("a.leave_early", r"must do the whole step, returned early at t = 0\.005 s"),
+        ("a.ask_end", "the FMU asks to end the run"),
+    ],
+)
+def test_an_fmi_3_step_that_ends_early_is_a_failure(tmp_path: Path, target: str, words: str) -> None:
+    with pytest.raises(SlaveError, match=words):
+        simulate(typed(tmp_path).with_value(target, True))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (
+            "discard",
+            r"fmi2DoStep answered discard, having reached t = 0\.0425 s; it says: it broke at 0\.04 s: why \[logStatusError",
+        ),
+        ("error", "fmi2DoStep answered error; it says: it broke"),
+        ("fatal", "fmi2DoStep answered fatal; it says: it broke"),
+        ("nan", "output 'y' must be finite, got nan"),
+    ],
+)
+def test_failures_stop_at_the_last_good_point_with_the_fmu_s_log(tmp_path: Path, fault: str, words: str) -> None:
+    plan = typed(tmp_path).with_value("m.fault", small_fmus.FAULTS[fault]).with_value("m.text", "why")
+    with pytest.raises(SlaveError, match=words) as caught:
+        simulate(plan)
+    assert caught.value.partial.trajectory.t[-1] == pytest.approx(0.04)
+    assert np.isfinite(caught.value.partial.trajectory.values).all()
+
+
+def test_descriptions_that_break_the_rules_are_refused_with_file_and_line(tmp_path: Path) -> None:
+    good = small_fmus.mixed(tmp_path)
+    with zipfile.ZipFile(good) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["modelDescription.xml"].decode()
+    bomb = text.replace("<fmiModel", '<!DOCTYPE x [<!ENTITY a "a"><!ENTITY b "&a;&a;">]><fmiModel', 1)
+    for changed, words in (
+        (text[:200], "must be well-formed XML"),
+        (bomb, "must have no document type declaration"),
+        (text.replace('causality="input"', 'causality="both"', 1), "must keep the schema of FMI 2.0: line"),
+        (text.replace('declaredType="Mode"', 'declaredType="Mood"', 1), "refers to 'Mood', which is not there"),
+        (text.replace('Unknown index="2"', 'Unknown index="99"', 1), "refers to variable 99, it has 12"),
+        (text.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "must be FMI 2.0 or 3.0, got FMI 1.0"),
+        (text.replace("CoSimulation", "ModelExchange"), "must offer Co-Simulation, offers ModelExchange only"),
+        (text.replace('modelIdentifier="mixed"', 'modelIdentifier="other"'), "must hold a binary for .*, other"),
+    ):
+        file = tmp_path / "bad.fmu"
+        with zipfile.ZipFile(file, "w") as archive:
+            for name, data in (members | {"modelDescription.xml": changed.encode()}).items():
+                archive.writestr(name, data)
+        with pytest.raises(ValueError, match=words) as caught:
+            open_slave("s", str(file))
+        assert "bad.fmu" in str(caught.value)
+        assert "\n" not in str(caught.value)
+
+
+def test_members_that_lie_outside_are_refused_on_every_system(tmp_path: Path) -> None:
+    link = zipfile.ZipInfo("resources/link")
+    link.create_system, link.external_attr = 3, 0o120777 << 16
+    for member in ("/etc/x", "../x", "resources/../../x", "C:/x", "C:\\x", "resources\\..\\..\\x", "\\\\host\\share\\x", link):
+        file = tmp_path / "bad.fmu"
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr("modelDescription.xml", "<x/>")
+            archive.writestr(member, "content")
+        with pytest.raises(ValueError, match=r"bad\.fmu': member .* (must lie inside the archive|is a symbolic link)"):
+            open_slave("s", str(file))
+    assert [p.name for p in tmp_path.iterdir()] == ["bad.fmu"]
