@@ -1,0 +1,174 @@
+"""Probes of numbers: derivatives, dependencies, sensitivities and slopes, as described against as found."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cosim.check.bench import Bench, Say
+from cosim.check.description import attribute
+from cosim.check.subject import real_scalars
+
+
+def derivatives(bench: Bench, say: Say) -> None:
+    """Model Exchange: the i-th state and derivative of the functions are the ones that the description names."""
+    if bench.model.modelExchange is None:
+        return
+    rows = [u.variable for u in bench.model.derivatives]
+    if not rows or any(v.derivative is None or v.name not in bench.names or v.derivative.name not in bench.names for v in rows):
+        return
+    states = [v.derivative.name for v in rows]
+    with bench.instance("me") as it:
+        it.initialize()
+        x = it.continuous_states(len(rows))
+        for i, name in enumerate(states):
+            moved = x.copy()
+            moved[i] += 0.01 * bench.nominal[name]
+            it.set_continuous_states(moved)
+            got = it.get(states)
+            if got[i] != moved[i]:
+                found = [repr(n) for n, value in zip(states, got, strict=True) if value == moved[i]] or ["none of the states"]
+                say(f"derivative {rows[i].name!r} is described as that of {name!r}, but state {i + 1} is {found[0]}")
+            rates = it.state_derivatives(len(rows))
+            if not np.array_equal(rates, it.get([v.name for v in rows]), equal_nan=True):
+                say("the state derivatives must be the variables that ModelStructure lists, in its order")
+                return
+
+
+def dependencies(bench: Bench, say: Say) -> None:
+    """Where an unknown changes with a variable, the description must say so: at the start, and in the running model."""
+    missing: dict[str, dict[str, None]] = {}
+    for unknown, name in (*_at_start(bench), *_while_running(bench)):
+        missing.setdefault(unknown, {})[name] = None
+    for unknown, names in missing.items():
+        say(f"{unknown!r} must list {', '.join(map(repr, names))} among its dependencies: it changes with it")
+
+
+def _at_start(bench: Bench) -> Iterator[tuple[str, str]]:
+    """(unknown, variable) of initial unknowns that change with a variable which no list of theirs names."""
+    running = {u.variable.name: u.dependencies for u in (*bench.model.outputs, *bench.model.derivatives)}
+    known = [v.name for v in bench.settable if v.variability in ("continuous", "fixed", "tunable")]
+    stated = {
+        u.variable.name: {d.name for d in u.dependencies} for u in bench.model.initialUnknowns if u.dependencies is not None
+    }
+    stated = {n: d | {x.name for x in running.get(n) or ()} for n, d in stated.items() if n in bench.names}
+    if not stated or not known:
+        return
+    with bench.instance() as it:
+        it.initialize(stay=True)
+        for seed in range(2):
+            rng = np.random.default_rng(seed)
+            base = {n: _inside(bench, n, bench.start[n] + 0.05 * seed * bench.nominal[n] * rng.standard_normal()) for n in known}
+            it.set(base)
+            y = it.get(list(stated))
+            for name in known:
+                it.set({name: _inside(bench, name, base[name] + 1e-3 * (abs(base[name]) or bench.nominal[name]))})
+                changed = it.get(list(stated))
+                it.set({name: base[name]})
+                yield from _moved(stated, name, y, changed)
+
+
+def _while_running(bench: Bench) -> Iterator[tuple[str, str]]:
+    """The same in continuous-time mode, with inputs and continuous states; needs Model Exchange."""
+    if bench.model.modelExchange is None:
+        return
+    rows = (*bench.model.outputs, *bench.model.derivatives)
+    stated = {u.variable.name: {d.name for d in u.dependencies} for u in rows if u.dependencies is not None}
+    stated = {n: d for n, d in stated.items() if n in bench.names}
+    states = [u.variable.derivative.name for u in bench.model.derivatives if u.variable.derivative is not None]
+    if not stated or len(states) != len(bench.model.derivatives):
+        return
+    with bench.instance("me") as it:
+        it.initialize()
+        rng = np.random.default_rng(11)
+        x = it.continuous_states(len(states)) if states else np.zeros(0)
+        x += 0.01 * rng.standard_normal(x.size) * [bench.nominal.get(n, 1.0) for n in states]
+        base = {n: bench.start[n] + 0.01 * bench.nominal[n] * rng.standard_normal() for n in bench.inputs}
+        it.set(base)
+        if states:
+            it.set_continuous_states(x)
+        y = it.get(list(stated))
+        for i, name in enumerate(states):
+            moved = x.copy()
+            moved[i] += 1e-3 * max(abs(x[i]), bench.nominal.get(name, 1.0))
+            it.set_continuous_states(moved)
+            changed = it.get(list(stated))
+            it.set_continuous_states(x)
+            yield from _moved(stated, name, y, changed)
+        for name in bench.inputs:
+            it.set({name: base[name] + 1e-3 * max(abs(base[name]), bench.nominal[name])})
+            changed = it.get(list(stated))
+            it.set({name: base[name]})
+            yield from _moved(stated, name, y, changed)
+
+
+def _moved(stated: dict[str, set[str]], name: str, y: np.ndarray, changed: np.ndarray) -> Iterator[tuple[str, str]]:
+    for unknown, a, b in zip(stated, y, changed, strict=True):
+        if a != b and name not in stated[unknown] and name != unknown and np.isfinite(a) and np.isfinite(b):
+            yield unknown, name
+
+
+def _inside(bench: Bench, name: str, value: float) -> float:
+    v = next(v for v in bench.settable if v.name == name)
+    low, high = attribute(v, "min"), attribute(v, "max")
+    return float(np.clip(value, -np.inf if low is None else low, np.inf if high is None else high))
+
+
+def sensitivities(bench: Bench, say: Say) -> None:
+    """Directional derivatives against central differences, adjoint ones against directional ones; in initialization mode."""
+    able = bench.can("providesDirectionalDerivative", "providesDirectionalDerivatives")
+    rows = [u for u in (*bench.model.outputs, *bench.model.derivatives) if u.variable.name in bench.names]
+    rows = [u for u in rows if u.dependencies is not None and u.variable.initial not in ("exact", "approx")]
+    names = {v.name for v in bench.settable}
+    known = sorted({d.name for u in rows for d in u.dependencies if d.name in names})
+    unknown = [u.variable.name for u in rows]
+    if not able or not known or not unknown:
+        return
+    with bench.instance() as it:
+        it.initialize(stay=True)
+        rng = np.random.default_rng(7)
+        base = {n: _inside(bench, n, bench.start[n] + 0.02 * bench.nominal[n] * rng.standard_normal()) for n in known}
+        it.set(base)
+        exact = np.column_stack([it.directional(unknown, [n], [1.0]) for n in known])
+        both = []
+        for relative in (1e-4, 1e-6):
+            columns = []
+            for n in known:
+                d = relative * max(abs(base[n]), bench.nominal[n])
+                it.set({n: base[n] + d})
+                high = it.get(unknown)
+                it.set({n: base[n] - d})
+                low = it.get(unknown)
+                it.set({n: base[n]})
+                columns.append((high - low) / (2 * d))
+            both.append(np.column_stack(columns))
+        size = np.maximum(np.abs(both[0]), np.abs(exact)) + 1e-6 * np.abs(exact).max(initial=1e-12)
+        error = np.minimum(*(np.abs(exact - numeric) / size for numeric in both))
+        for i, j in zip(*np.nonzero(error > 1e-2), strict=True):
+            pair = f"directional derivative of {unknown[i]!r} by {known[j]!r}"
+            say(f"{pair} must be {both[0][i, j]:.6g} as differences say, is {exact[i, j]:.6g}")
+        if bench.can("providesAdjointDerivatives"):
+            for i, name in enumerate(unknown):
+                row = it.adjoint([name], known, [1.0])
+                if not np.allclose(row, exact[i], rtol=1e-9, atol=1e-12 * np.abs(exact[i]).max(initial=0.0)):
+                    say(f"adjoint derivatives of {name!r} must equal its directional ones")
+
+
+def slope(bench: Bench, say: Say) -> None:
+    """Co-Simulation: over a short step each state moves as its derivative says."""
+    pairs = [(v.derivative.name, v.name) for v in real_scalars(bench.model) if v.derivative is not None]
+    pairs = [p for p in pairs if p[0] in bench.names]
+    if bench.model.coSimulation is None or not pairs or not bench.can("canHandleVariableCommunicationStepSize"):
+        return
+    with bench.instance("cs") as it:
+        it.initialize({n: bench.start[n] + 0.1 * bench.nominal[n] for n in bench.inputs})
+        h, t = bench.h * 1e-3, it.start
+        for _ in range(3):  # past a sampled part's first action
+            it.step(t, h)
+            t += h
+        x0, rate0 = it.get([s for s, _ in pairs]), it.get([d for _, d in pairs])
+        it.step(t, h)
+        x1, rate1 = it.get([s for s, _ in pairs]), it.get([d for _, d in pairs])
+    for (state, rate), a, b, r0, r1 in zip(pairs, x0, x1, rate0, rate1, strict=True):
+        error = abs((b - a) / h - (r0 + r1) / 2)
+        if error > 0.05 * max(abs(r0), abs(r1)) + abs(r1 - r0) + 1e-12 * max(abs(a), abs(b)) / h + 1e-9 * bench.nominal[state]:
+            say(f"state {state!r} moves by {(b - a) / h:.6g} per second where its derivative {rate!r} is {r1:.6g}")

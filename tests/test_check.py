@@ -1,0 +1,213 @@
+"""The checker: silent about our own FMUs, one line for each fault put into one, and never brought down by a binary."""
+
+import re
+import shutil
+import subprocess
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fmu_models import COMPONENTS
+
+from cosim.check import Fault, check
+from fmus.compiler import FLAGS, host, host_compiler
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in ("gyro_unit:nonlinear", "sampled", "gain") else pytest.param(name, marks=pytest.mark.slow)
+        for name in COMPONENTS
+        if name != "implicit growth"  # its derivative is unbounded: the probes' small steps say nothing there
+    ],
+)
+def test_our_own_fmus_have_no_fault(built: Callable, name: str, version: str) -> None:
+    assert check(built(name, version)[1]) == []
+
+
+@pytest.fixture
+def changed(built: Callable, tmp_path: Path) -> Callable[..., Path]:
+    """An FMU of plain() with members rewritten: changed("2", {"modelDescription.xml": function of text}, c={...})."""
+
+    def make(
+        version: str, edits: dict[str, Callable[[str], str]] | None = None, c: tuple[str, str, str] | None = None,
+        name: str = "plain",
+    ) -> Path:  # fmt: skip
+        _, path, _ = built(name, version)
+        folder = tmp_path / "fmu"
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(folder)
+        for member, edit in (edits or {}).items():
+            text = (folder / member).read_text()
+            assert edit(text) != text, "the mutation must change something"
+            (folder / member).write_text(edit(text))
+        if c is not None:
+            file, old, new = c
+            source = folder / "sources" / file
+            text = source.read_text()
+            assert text.count(old) >= 1, "the mutation must change something"
+            source.write_text(text.replace(old, new, 1))
+            library = next(folder.glob("binaries/*/*.so"))
+            files = ["fmu.c", "rhs_derivatives.c", "output_derivatives.c"]
+            subprocess.run([*compiler(), "-O1", *FLAGS, "-shared", "-fPIC", "-o", str(library), *files, "-lm"],
+                           cwd=folder / "sources", check=True)  # fmt: skip
+        result = tmp_path / "changed.fmu"
+        with zipfile.ZipFile(result, "w") as archive:
+            for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+                archive.write(file, file.relative_to(folder).as_posix())
+        return result
+
+    return make
+
+
+def compiler() -> list[str]:
+    import sys
+
+    return host_compiler() or [sys.executable, "-m", "ziglang", "cc", "-target", host().target]
+
+
+def rules(faults: list[Fault]) -> set[str]:
+    for fault in faults:
+        assert "\n" not in str(fault)
+    return {fault.rule for fault in faults}
+
+
+def replace(pattern: str, new: str) -> Callable[[str], str]:
+    return lambda text: re.sub(pattern, new, text, count=1, flags=re.DOTALL)
+
+
+DESCRIPTION = "modelDescription.xml"
+MUTANTS_OF_TEXT = {
+    "wrong derivative index, FMI 2": ("2", r'derivative="2"', 'derivative="3"', "derivative"),
+    "wrong derivative index, FMI 3": ("3", r'derivative="1"', 'derivative="2"', "derivative"),
+    "min above start": ("2", r'min="0.0" max="1000000.0"', 'min="50.0" max="1000000.0"', "start"),
+    "min above max": ("3", r'min="0.0" max="1000000.0"', 'min="9.0" max="1.0"', "bounds"),
+    "nominal 0": ("2", r'nominal="2.0"', 'nominal="0.0"', "nominal"),
+    "start not that of the binary": ("2", r'start="0.3"', 'start="0.31"', "start"),
+    "missing dependency": ("2", r'(<Unknown index="5" dependencies=")2 4"', r'\g<1>2"', "dependencies"),
+    "unknown unit": ("3", r'(<Float64 name="u".*?unit=)"rad/s2"', r'\g<1>"furlong"', "validation"),
+    "no such causality": ("2", r'causality="input"', 'causality="inputs"', "validation"),
+    "another guid": ("2", r'guid="\{', 'guid="{x', "instance"),
+    "other model identifier": ("3", r'modelIdentifier="pendulum_plain"', 'modelIdentifier="pendulum"', "binary"),
+    "stop before start": ("2", r'startTime="0.0"', 'startTime="20.0"', "experiment"),
+    "not XML": ("2", r"<ModelVariables>", "<ModelVariables", "description"),
+}
+
+
+@pytest.mark.parametrize("case", MUTANTS_OF_TEXT)
+def test_faults_in_the_description_are_named(changed: Callable[..., Path], case: str) -> None:
+    version, pattern, new, rule = MUTANTS_OF_TEXT[case]
+    assert rule in rules(check(changed(version, {DESCRIPTION: replace(pattern, new)})))
+
+
+MUTANTS_OF_CODE = {  # (file, old, new, rule)
+    "directional derivatives of the wrong sign": (
+        "core.c",
+        "[v->index] += seed[i];\n    }\n    if (!adjoint)",
+        "[v->index] -= seed[i];\n    }\n    if (!adjoint)",
+        "sensitivities",
+    ),
+    "adjoint derivatives forget the state": (
+        "core.c",
+        "x[i] += more_x[i]",
+        "x[i] += 0 * more_x[i]",
+        "sensitivities",
+    ),
+    "restore forgets the state": (
+        "core.c",
+        "m->s = *saved;",
+        "double kept = m->s.x[0]; m->s = *saved; m->s.x[0] = kept;",
+        "states",
+    ),
+    "instances share a state": (
+        "step.c",
+        "const State before = m->s;",
+        "static double shared; const State before = m->s; m->s.x[0] += shared; shared += 1e-9;",
+        "instances",
+    ),
+    "reset keeps the inputs": (
+        "fmi2.c",
+        "    to_start(m);\n    return fmi2OK;",
+        "    double kept = m->s.x[0]; to_start(m); m->s.x[0] = kept;\n    return fmi2OK;",
+        "reset",
+    ),
+    "crash in a step": (
+        "step.c",
+        "const State before = m->s;",
+        "const State before = m->s; *(volatile int *)0 = 1;",
+        "instance",
+    ),
+    "crash at the bound of a parameter": (
+        "core.c",
+        "case PARAMETER: m->s.p[v->index] = value[i]; break;",
+        "case PARAMETER: m->s.p[v->index] = value[i]; if (value[i] == 1e6) abort(); break;",
+        "bounds",
+    ),
+    "exit": (
+        "fmi2.c",
+        "to_initialized(m);",
+        "to_initialized(m); exit(0);",
+        "instance",
+    ),
+    "NaN at a bound": (
+        "core.c",
+        "case OUTPUT: value[i] = outputs(m)[v->index]; break;",
+        "case OUTPUT: value[i] = outputs(m)[v->index] + (m->s.p[0] == 0 ? NAN : 0); break;",
+        "bounds",
+    ),
+    "derivative not that of the state": (
+        "core.c",
+        "value[i] = derivatives(m)[v->index]",
+        "value[i] = 2 * derivatives(m)[v->index]",
+        "slope",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", MUTANTS_OF_CODE)
+def test_faults_of_the_binary_are_named_and_do_no_harm(changed: Callable[..., Path], case: str) -> None:
+    """Wrong results, crashes and exits of the binary; the caller lives on to say so."""
+    *mutation, rule = MUTANTS_OF_CODE[case]
+    assert rule in rules(check(changed("3" if "adjoint" in case else "2", c=tuple(mutation))))
+
+
+def test_a_binary_that_hangs_is_stopped(changed: Callable[..., Path]) -> None:
+    loop = "for (volatile int i = 0; ; i++) {} to_initialized(m);"
+    faults = check(changed("2", c=("fmi2.c", "to_initialized(m);", loop)), timeout=1.0)
+    assert any("does not come back" in fault.message for fault in faults)
+
+
+def test_files_that_are_no_fmus_are_refused_in_one_line(built: Callable, tmp_path: Path) -> None:
+    text = tmp_path / "text.fmu"
+    text.write_text("hello")
+    assert rules(check(text)) == {"archive"}
+    cut = tmp_path / "cut.fmu"
+    cut.write_bytes(built("gain")[1].read_bytes()[:5000])
+    assert rules(check(cut)) == {"archive"}
+    empty = tmp_path / "empty.fmu"
+    with zipfile.ZipFile(empty, "w") as archive:
+        archive.writestr("readme", "")
+    assert rules(check(empty)) == {"archive"}
+    outside = tmp_path / "outside.fmu"
+    shutil.copy(built("gain")[1], outside)
+    with zipfile.ZipFile(outside, "a") as archive:
+        archive.writestr("../evil", "")
+    assert rules(check(outside)) == {"archive"}
+    with pytest.raises(ValueError, match="must be a file"):
+        check(tmp_path / "missing.fmu")
+    with pytest.raises(ValueError, match="timeout must be positive"):
+        check(text, timeout=0)
+
+
+def test_a_library_of_another_machine_is_named(changed: Callable[..., Path], tmp_path: Path) -> None:
+    path = changed("2", {DESCRIPTION: lambda text: text + " "})
+    other = tmp_path / "other.fmu"
+    with zipfile.ZipFile(path) as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            data = source.read(name)
+            if name.startswith("binaries/"):
+                data = data[:18] + (183).to_bytes(2, "little") + data[20:]
+            target.writestr(name, data)
+    assert {"binary", "instance"} <= rules(check(other))
