@@ -10,7 +10,6 @@ import tempfile
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -18,10 +17,10 @@ import numpy as np
 
 from cosim import archive
 from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave, StateSpace, Value
-from cosim.slaves.description import REAL, Description, Row
+from cosim.slaves.base import Slave, StateSpace, Value
+from cosim.slaves.description import Description, Row
 from cosim.slaves.library import STATUS, Library, Log
-from cosim.slaves.signal import Type
+from cosim.slaves.variables import carried, interface, names, read
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
 POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
@@ -108,35 +107,11 @@ class FmuSlave(Slave):
         self.can_restore = d.can("canGetAndSetFMUstate") or d.can("canGetAndSetFMUState")
         self.can_serialize = self.can_restore and (d.can("canSerializeFMUstate") or d.can("canSerializeFMUState"))
         self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
-        carried = [row for row in d.rows if row.type in self.types]
-        ends = {kind: [row for row in carried if row.causality == kind] for kind in ("input", "output")}
-        self.inputs = tuple(s for row in ends["input"] for s in _elements(row, "input"))
-        self.outputs = tuple(s for row in ends["output"] for s in _elements(row, "output"))
-        self.excluded = {r.name: r.type for r in d.rows if r.causality in ("input", "output") and r.type not in self.types}
-        self.settable = {}
-        for row in d.rows:
-            if row.settable:
-                kind: Any = row.causality if row.causality in ("parameter", "input") else "state"
-                self.settable[row.name] = _signal(row, kind, row.name, 0 if not row.shape else None)
-                if row.shape:
-                    self.settable |= {s.name: s for s in _elements(row, kind)}
-        place, inputs = {}, 0
-        for row in ends["input"]:
-            place[row.name] = slice(inputs, inputs + row.size)
-            inputs += row.size
-        self.feedthrough = np.zeros((len(self.outputs), inputs), dtype=bool)
-        i = 0
-        for row in ends["output"]:
-            stated = d.dependencies.get(row.name)
-            if stated is None:
-                self.feedthrough[i : i + row.size] = True  # the standard: not stated means on everything
-            for known in stated or ():
-                if known in place:
-                    self.feedthrough[i : i + row.size, place[known]] = True
-            i += row.size
-        self._u, self._y = np.zeros(inputs), np.zeros(i)
-        self._input_groups = self._groups(ends["input"])
-        self._output_groups = self._groups(ends["output"])
+        face = interface(d)
+        self.inputs, self.outputs, self.settable = face.inputs, face.outputs, face.settable
+        self.excluded, self.feedthrough = face.excluded, face.feedthrough
+        self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
+        self._input_groups, self._output_groups = (self._groups(carried(d, kind)) for kind in ("input", "output"))
 
     def _groups(self, rows: Sequence[Row]) -> list[Group]:
         """The variables sorted by the FMI functions that move them."""
@@ -200,8 +175,8 @@ class FmuSlave(Slave):
         for name, value in values.items():
             if name not in self._rows:
                 row = self._rows[name[: name.rindex("[")]]
-                elements = whole.setdefault(row.name, [_read(row, text) for text in row.start] or [0.0] * row.size)
-                elements[_names(row).index(name)] = value
+                elements = whole.setdefault(row.name, [read(row, text) for text in row.start] or [0.0] * row.size)
+                elements[names(row).index(name)] = value
         return ((self._rows[name], elements) for name, elements in whole.items())
 
     def _set_start(self, row: Row, values: list[Value], t: float) -> None:
@@ -333,41 +308,3 @@ class FmuSlave(Slave):
             self._running = False
             self._terminate(instance)  # one that refuses is freed all the same
         self._free(instance)
-
-
-_KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
-
-
-def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
-    """The signal of a variable, or of one of its elements."""
-    type_: Type = "real" if row.type in REAL else _KINDS.get(row.type, "integer")
-    start = None if element is None or not row.start or type_ in ("string", "binary") else float(_read(row, row.start[element]))
-    smooth = type_ == "real" and row.variability == "continuous"
-    low, high = row.min, row.max
-    if type_ == "integer":
-        bits = np.iinfo(row.type.lower() if row.type != "Integer" else "int32")
-        low, high = float(bits.min) if low is None else low, float(bits.max) if high is None else high
-    return Signal(
-        name, kind, row.unit, start, low, high, row.description, smooth, type_, row.definition, row.items,
-        row.shape if element is None else (),
-    )  # fmt: skip
-
-
-def _elements(row: Row, kind: Any) -> list[Signal]:
-    """The scalar signals of a variable: itself, or its elements, named `name[1]`, `name[1,2]`, the last index fastest."""
-    return [_signal(row, kind, name, i) for i, name in enumerate(_names(row))]
-
-
-def _names(row: Row) -> list[str]:
-    if not row.shape:
-        return [row.name]
-    return [f"{row.name}[{','.join(map(str, index))}]" for index in product(*(range(1, n + 1) for n in row.shape))]
-
-
-def _read(row: Row, text: str) -> Any:
-    """A start value as the description writes it."""
-    if row.type == "String":
-        return text
-    if row.type == "Binary":
-        return bytes.fromhex(text)
-    return float({"true": 1.0, "false": 0.0}.get(text, text))

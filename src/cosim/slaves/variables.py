@@ -1,0 +1,101 @@
+"""From an FMU's description to the signals that the master sees."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from cosim.slaves.description import REAL, Description, Row
+from cosim.slaves.signal import Signal, Type
+
+_KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
+_NOT_CARRIED = ("String", "Binary", "Clock")
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """inputs, outputs, settable, excluded and feedthrough of a Slave, read from the description alone."""
+
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    settable: Mapping[str, Signal]
+    excluded: Mapping[str, str]
+    feedthrough: np.ndarray
+
+
+def carried(description: Description, causality: str) -> list[Row]:
+    """The inputs or outputs that connections can carry."""
+    return [row for row in description.rows if row.causality == causality and row.type not in _NOT_CARRIED]
+
+
+def interface(description: Description) -> Interface:
+    """The signals of an FMU; an array is one signal per element, and one more among what can be set."""
+    inputs, outputs = carried(description, "input"), carried(description, "output")
+    settable = {}
+    for row in description.rows:
+        if row.settable:
+            kind: Any = row.causality if row.causality in ("parameter", "input") else "state"
+            settable[row.name] = _signal(row, kind, row.name, 0 if not row.shape else None)
+            if row.shape:
+                settable |= {s.name: s for s in _elements(row, kind)}
+    excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type in _NOT_CARRIED}
+    return Interface(
+        tuple(s for row in inputs for s in _elements(row, "input")),
+        tuple(s for row in outputs for s in _elements(row, "output")),
+        settable, excluded, _feedthrough(description, inputs, outputs),
+    )  # fmt: skip
+
+
+def _feedthrough(description: Description, inputs: list[Row], outputs: list[Row]) -> np.ndarray:
+    place, n_u = {}, 0
+    for row in inputs:
+        place[row.name] = slice(n_u, n_u + row.size)
+        n_u += row.size
+    found = np.zeros((sum(row.size for row in outputs), n_u), dtype=bool)
+    i = 0
+    for row in outputs:
+        stated = description.dependencies.get(row.name)
+        if stated is None:
+            found[i : i + row.size] = True  # the standard: not stated means on everything
+        for known in stated or ():
+            if known in place:
+                found[i : i + row.size, place[known]] = True
+        i += row.size
+    return found
+
+
+def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
+    """The signal of a variable, or of one of its elements."""
+    type_: Type = "real" if row.type in REAL else _KINDS.get(row.type, "integer")
+    start = None if element is None or not row.start or type_ in ("string", "binary") else float(read(row, row.start[element]))
+    smooth = type_ == "real" and row.variability == "continuous"
+    low, high = row.min, row.max
+    if type_ == "integer":
+        bits = np.iinfo(row.type.lower() if row.type != "Integer" else "int32")
+        low, high = float(bits.min) if low is None else low, float(bits.max) if high is None else high
+    return Signal(
+        name, kind, row.unit, start, low, high, row.description, smooth, type_, row.definition, row.items,
+        row.shape if element is None else (),
+    )  # fmt: skip
+
+
+def _elements(row: Row, kind: Any) -> list[Signal]:
+    """The scalar signals of a variable: itself, or its elements, named `name[1]`, `name[1,2]`, the last index fastest."""
+    return [_signal(row, kind, name, i) for i, name in enumerate(names(row))]
+
+
+def names(row: Row) -> list[str]:
+    if not row.shape:
+        return [row.name]
+    return [f"{row.name}[{','.join(map(str, index))}]" for index in product(*(range(1, n + 1) for n in row.shape))]
+
+
+def read(row: Row, text: str) -> Any:
+    """A start value as the description writes it."""
+    if row.type == "String":
+        return text
+    if row.type == "Binary":
+        return bytes.fromhex(text)
+    return float({"true": 1.0, "false": 0.0}.get(text, text))
