@@ -7,19 +7,6 @@ from cosim.check.description import attribute
 from cosim.check.subject import Refused, real_scalars
 
 
-def instance(self, kind: str | None = None, name: str = "instance") -> Any:
-        """A context that frees the instance."""
-        return closing(Subject(self.model, self.folder, kind or self.kind, name))
-
-    def run(self, it: Subject, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
-        """Macro steps with random held inputs; yields the outputs after each."""
-        for i in range(first, first + steps):
-            rng = np.random.default_rng([seed, i])
-            it.set({n: self.start[n] + 0.01 * self.nominal[n] * rng.standard_normal() for n in self.inputs})
-            it.step(it.start + i * self.h, self.h)
-            yield it.get(self.outputs)
-
-
 def instance(bench: Bench, say: Say) -> None:
     """It can be instantiated, initialized, stepped and freed."""
     for kind, interface in (("cs", bench.model.coSimulation), ("me", bench.model.modelExchange)):

@@ -1,11 +1,15 @@
 """The FMU under check as probes need it: its description, its capabilities, and fresh instances."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
+
 from cosim.check.description import attribute, number
-from cosim.check.subject import real_scalars
+from cosim.check.subject import Subject, real_scalars
 
 Say = Callable[[str], None]
 STEPS = 10
@@ -38,3 +42,15 @@ class Bench:
     def can(self, *names: str) -> bool:
         """Whether the interface states one of the capabilities `names`; FMPy does not read all of them."""
         return any(self._attributes.get(name) in ("true", "1") for name in names)
+
+    def instance(self, kind: str | None = None, name: str = "instance") -> Any:
+        """A context that frees the instance."""
+        return closing(Subject(self.model, self.folder, kind or self.kind, name))
+
+    def run(self, it: Subject, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
+        """Macro steps with random held inputs; yields the outputs after each."""
+        for i in range(first, first + steps):
+            rng = np.random.default_rng([seed, i])
+            it.set({n: self.start[n] + 0.01 * self.nominal[n] * rng.standard_normal() for n in self.inputs})
+            it.step(it.start + i * self.h, self.h)
+            yield it.get(self.outputs)

@@ -4,14 +4,14 @@ import json
 import sys
 from pathlib import Path
 
-from cosim.check import behaviour, numbers
+from cosim.check import behaviour, numerics
 from cosim.check.bench import Bench
 from cosim.check.subject import Refused
 
 PROBES = {
     probe.__name__: probe
     for probe in (
-        behaviour.instance, behaviour.start, numbers.derivatives, numbers.dependencies, numbers.sensitivities, numbers.slope,
+        behaviour.instance, behaviour.start, numerics.derivatives, numerics.dependencies, numerics.sensitivities, numerics.slope,
         behaviour.states, behaviour.instances, behaviour.reset, behaviour.bounds,
     )
 }  # fmt: skip
