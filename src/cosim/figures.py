@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
+    from cosim.assessment import Assessment
     from cosim.convergence import Convergence
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: told apart by everyone
@@ -62,6 +63,39 @@ def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = ""
     made.align_ylabels()
     if title:
         made.suptitle(title)
+    return made
+
+
+def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "") -> "Figure":
+    """Lateral displacement, yaw angle, Y and Y/Q of a railway vehicle over the distance along the track."""
+    from cosim.assessment import COEFFICIENT, DISTANCE, FORCE, LATERAL, YAW
+    from cosim.safety import LIMIT
+
+    made, axes = figure(4, 1, (9.0, 9.0), sharex=True)
+    distance = trajectory[f"{assessment.vehicle}.{DISTANCE}"]
+    panels = (
+        (assessment.pairs, LATERAL, "lateral displacement y\n[mm]", 1e3),
+        (assessment.pairs, YAW, "yaw angle $\\psi$\n[mrad]", 1e3),
+        (assessment.wheels, FORCE, "lateral force Y\n[kN]", 1e-3),
+        (assessment.wheels, COEFFICIENT, "Y/Q\n[1]", 1.0),
+    )
+    for ax, (parts, suffix, label, factor) in zip(axes[:, 0], panels, strict=True):
+        for part, colour in zip(parts, COLOURS * len(parts), strict=False):
+            name = f"{assessment.vehicle}.{part}{suffix}"
+            if name in trajectory.names:
+                ax.plot(distance, trajectory[name] * factor, color=colour, linewidth=0.9, label=part.replace("_", " "))
+        ax.set_ylabel(label)
+        ax.legend(fontsize=7, ncols=4, loc="upper right")
+        ax.margins(x=0)
+    ratio = axes[-1, 0]
+    for sign in (-1, 1):
+        ratio.axhline(sign * LIMIT, color="0.3", linewidth=0.8, linestyle=":")
+    high = max(1.2, 1.1 * min(3.0, max(abs(y) for y in ratio.get_ylim())))
+    ratio.set_ylim(-high, high)
+    ratio.annotate(f"EN 14363 limit of the filtered value {LIMIT:g}", (distance[0], LIMIT), fontsize=7, color="0.3", va="bottom")
+    ratio.set_xlabel("distance along the track [m]")
+    made.align_ylabels()
+    made.suptitle(f"{title}\n{assessment.verdict.text}", fontsize=10)
     return made
 
 

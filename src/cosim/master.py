@@ -20,7 +20,9 @@ from cosim.system import System
 from cosim.trajectory import Trajectory
 
 Progress = Callable[[float, float], None]
+Status = Literal["done", "ended", "interrupted", "failed"]
 HISTORY = 4  # rows of outputs before the newest that a chunk begins with
+WATCHED = 64  # macro steps between two looks at the stop conditions
 CHUNK_NUMBERS = 1_000_000  # outputs held between two visits of the recorder
 
 
@@ -42,8 +44,9 @@ class Timing:
 class Run:
     """What a run did.
 
-    step : macro step (s), the first one where it adapts. steps : macro steps completed. status : "done", "interrupted" by
-    the user, or "failed". iterations : passes over a macro step beyond the first where the algorithm iterates, in all;
+    step : macro step (s), the first one where it adapts. steps : macro steps completed.
+    status : "done", "ended" by one of the system's stop conditions, which `ended_by` tells, "interrupted" by the user, "failed".
+    iterations : passes over macro steps where the algorithm iterates, in all.
     rejections : macro steps that were taken back to be done shorter.
     """
 
@@ -54,9 +57,10 @@ class Run:
     trajectory: Trajectory
     energy: tuple[BondEnergy, ...]
     timing: Timing
-    status: Literal["done", "interrupted", "failed"]
+    status: Status
     iterations: int = 0
     rejections: int = 0
+    ended_by: str = ""
 
     @property
     def energy_residual(self) -> float:
@@ -167,10 +171,11 @@ def run(
             raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
     march = _March(network, algorithm, step, stop, n, options)
     start = time.perf_counter()
-    status: Literal["done", "interrupted", "failed"] = "done"
+    status: Status = "done"
     failure: RunError | None = None
     try:
         march.go(progress, before_step)
+        status = "ended" if march.ended_by else "done"
         # Every slave is left with the inputs of the end, for what asks it afterwards.
         network.outputs(march.history.Y[0].copy(), march.history.t[0])
     except KeyboardInterrupt:
@@ -182,7 +187,7 @@ def run(
     result = Run(
         network.system, algorithm, step, march.done, march.recorder.finish(), march.meter.result(),
         Timing(start - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
-        status, march.history.iterations, march.rejections,
+        status, march.history.iterations, march.rejections, march.ended_by,
     )  # fmt: skip
     if failure is not None:
         failure.partial = result
@@ -198,7 +203,8 @@ class _March:
 
     def __init__(self, network: Network, algorithm: Algorithm, step: float, stop: float, n: int, options: Options) -> None:
         self.network, self.algorithm, self.step, self.stop, self.n = network, algorithm, step, stop, n
-        self.options, self.done, self.rejections = options, 0, 0
+        self.options, self.done, self.rejections, self.ended_by = options, 0, 0, ""
+        self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
         last = stop - (n - 1) * step
         self._last = step if abs(last - step) <= 1e-9 * step else last
         Y = network.initialize(0.0, stop)
@@ -227,7 +233,7 @@ class _March:
         compiled = self.options.compiled
         if compiled is None:
             compiled = (self.n - self.done) * len(self.network.slaves) >= fast.LONG
-        while self.done < self.n:
+        while self.done < self.n and not self.ended_by:
             if (
                 inner is None
                 and before_step is None
@@ -252,7 +258,7 @@ class _March:
 
     def _go_adaptively(self, how: Adaptive, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
         controller = adaptive.Controller(how, self.network, self.algorithm, self.step, self.stop)
-        while self.history.t[0] < self.stop:
+        while self.history.t[0] < self.stop and not self.ended_by:
             if before_step is not None:
                 before_step(self.done + 1)
             steps = controller.advance(self.history)
@@ -282,12 +288,13 @@ class _March:
                 self._used[self.row - self._first - 1, 2 * q + p] = used[i][:, j]
         self.history.push(t, Y)
         self.done += 1
+        self._watch(self.row, 1)
         if self.row == self._first + self._rows:
             self.hand_over()
 
     def _march(self, inner: fast.FastLoop, compiled: bool) -> None:
         """As many even macro steps as the chunk has room for, in the inner loop."""
-        room = self._first + self._rows - self.row
+        room = min(self._first + self._rows - self.row, WATCHED if self._stops else self._rows)
         even = self.n - self.done - (0 if self._last == self.step else 1)
         checkpoint = self.options.checkpoint
         ahead = min(room, even, 1 << 62 if checkpoint is None else max(1, round(checkpoint.every / self.step)))
@@ -299,13 +306,25 @@ class _March:
             self._march(inner, compiled)
             return
         done = inner.march(self.row, ahead, fast=compiled)
+        kept = self._watch(self.row + 1, done)
+        if kept < done:  # the slaves are some steps further; what they did there is dropped
+            done = ahead = kept
         for m in range(max(0, done - HISTORY), done):
             self.history.push(float(self._t[self.row + 1 + m]), self._Y[self.row + 1 + m].copy())
         self.row += done
         self.done += done
-        if done < ahead:
+        if done < ahead and not self.ended_by:
             inner.explain(self.row)
         self.hand_over()
+
+    def _watch(self, row: int, rows: int) -> int:
+        """How many of the `rows` rows from `row` on count: all, or up to the first where a stop condition holds."""
+        for place, above, says in self._stops:
+            over = np.flatnonzero(self._Y[row : row + rows, place] > above)
+            if over.size:
+                rows = int(over[0]) + 1
+                self.ended_by = f"{says} at t = {self._t[row + rows - 1]:.6g} s"
+        return rows
 
     def hand_over(self) -> None:
         """Give the steps of the chunk to recorder and meter, and begin the next chunk with what the history needs."""

@@ -159,6 +159,13 @@ class Network:
         if self.loops:
             raise WiringError(f"system {self.system.name!r} must have no algebraic loop, has {self.loops[0]}")
 
+    def place(self, signal: tuple[str, str]) -> int:
+        """Where the output (component, variable) stands in Y."""
+        name = ".".join(signal)
+        if name not in self._where:
+            raise unknown("output:", name, self.names)
+        return self._where[name]
+
     def _place(self, wire: Connection, place: Mapping[str, int]) -> int:
         """Where the source of a connection stands in Y."""
         found = self._where.get(".".join(wire.start))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from component.units import Unit
-from cosim.catalogue import unknown
+from cosim.catalogue import components, unknown
 from cosim.errors import WiringError
 
 
@@ -82,6 +82,15 @@ class PowerBond:
 
 
 @dataclass(frozen=True)
+class StopWhen:
+    """End a run, with all results up to there, when an output rises above a value: `says` is what then has happened."""
+
+    signal: tuple[str, str]
+    above: float
+    says: str
+
+
+@dataclass(frozen=True)
 class System:
     """See the module's docstring. `step` and `stop` (s) are what a run takes where it is told nothing else."""
 
@@ -92,6 +101,7 @@ class System:
     step: float = 1e-3
     stop: float = 1.0
     description: str = ""
+    stop_when: tuple[StopWhen, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
@@ -121,6 +131,8 @@ class System:
         """The same system with another unit in the place of the component(s) that `name` addresses.
 
         `source` : a variant of the same package ("nonlinear"), a catalogue name, a Python file, or the path of an FMU.
+        A variant's name keeps the ending that tells the parameter set: where "nonlinear_full" stands, "off" means "off_full"
+        if there is one, so that a small unit is not put on a large vehicle by mistake; `PACKAGE:VARIANT` is taken as it is.
         """
         members = self.members(name)
 
@@ -130,7 +142,9 @@ class System:
             package = part.source.partition(":")[0]
             if package.endswith((".fmu", ".py")):
                 raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, since {part.source!r} has no variants")
-            return f"{package}:{source}"
+            _, mark, ending = part.source.partition(":")[2].rpartition("_")
+            sized = f"{source}{mark}{ending}"
+            return f"{package}:{sized if mark and sized in components().get(package, ()) else source}"
 
         parts = tuple(replace(p, source=swapped(p), ports={}) if p.name in members else p for p in self.parts)
         return replace(self, parts=parts)

@@ -14,7 +14,6 @@ from cosim.cli.common import (
     Values,
     chosen_system,
     console,
-    finite,
     progress,
     say,
     seconds,
@@ -122,7 +121,7 @@ def command(
     told = document(run) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
     words = summary(run, in_process) + ([] if certificate is None else certificate_words(certificate))
     say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
-    return 0 if run.status == "done" else 1
+    return 0 if run.status in ("done", "ended") else 1
 
 
 def _substeps(given: list[str] | None) -> dict[str, int]:
@@ -147,9 +146,16 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
     if plot is not None:
         from cosim import figures
 
-        names = _worth_drawing(run)
+        from cosim.assessment import assess
+
         title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
-        figures.save(figures.time_histories(run.trajectory, names, title), plot)
+        vehicles = assess(run.trajectory)
+        made = (
+            figures.along_track(run.trajectory, vehicles[0], title)
+            if vehicles
+            else figures.time_histories(run.trajectory, _worth_drawing(run), title)
+        )
+        figures.save(made, plot)
     return [file for file in (output, plot) if file is not None]
 
 

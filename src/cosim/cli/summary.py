@@ -4,9 +4,12 @@ from typing import Any
 
 from rich.table import Table
 
+from cosim.assessment import Assessment, assess
 from cosim.certificate import Certificate
 from cosim.cli.common import finite
 from cosim.master import Run
+
+SHOWN = 30  # outputs up to which a summary lists every one
 
 
 def document(run: Run) -> dict[str, Any]:
@@ -27,6 +30,18 @@ def document(run: Run) -> dict[str, Any]:
             {"bond": b.name, "residual_J": b.residual, "peak_W": b.peak_power, "exchanged_J": b.exchanged, "share": b.share}
             for b in run.energy
         ],
+        "ended_by": run.ended_by,
+        "vehicles": [
+            {
+                "vehicle": v.vehicle,
+                "derailed": v.verdict.derailed,
+                "verdict": v.verdict.text,
+                "worst_derailment_coefficient": {"wheel": v.worst.wheel, "value": v.worst.value, "distance": v.worst.distance},
+                "lateral": v.lateral,
+                "yaw": v.yaw,
+            }
+            for v in assess(run.trajectory)
+        ],
         "iterations": run.iterations,
         "rejections": run.rejections,
         "timing": {
@@ -45,6 +60,7 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     if len(run.system.parts) > 8:
         parts += f" and {len(run.system.parts) - 8} more"
     head = "" if run.status == "done" else f"{run.status} at t = {trajectory.t[-1]:g} s\n"
+    head = f"{run.ended_by}\n" if run.status == "ended" else head
     slowest = sorted(timing.do_step_s.items(), key=lambda item: -item[1])[:8]
     spent = ", ".join(f"{name} {s:.2f} s" for name, s in slowest)
     even = f"macro steps of {run.step * 1e3:g} ms" if run.rejections == 0 else f"macro steps, {run.rejections} rejected,"
@@ -56,14 +72,43 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     ]
     table = Table("at the end", "value", "unit", box=None, pad_edge=False)
     table.columns[1].justify = "right"
-    for name, unit, value in list(zip(trajectory.names, trajectory.units, trajectory.values[-1], strict=True))[:60]:
+    end = list(zip(trajectory.names, trajectory.units, trajectory.values[-1], strict=True))
+    if len(end) > SHOWN:  # of many outputs those that cross a wall
+        crossing = {".".join(c.start) for c in run.system.connections}
+        end = [row for row in end if row[0] in crossing][:SHOWN]
+        table.columns[0].header = f"at the end ({len(end)} of {len(trajectory.names)} outputs: what crosses between components)"
+    for name, unit, value in end:
         table.add_row(name, f"{value:.6g}", unit)
     bonds = [
         f"coupling energy residual {b.residual:.3g} J, {b.share:.2g} of the {b.exchanged:.3g} J exchanged "
         f"(peak {b.peak_power:.2g} W), on {b.name}"
         for b in run.energy
     ]
-    return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"])]
+    if len(bonds) > 2:  # one line for all, and the bond that carries most
+        most = max(run.energy, key=lambda b: b.exchanged)
+        bonds = [
+            f"coupling energy residual {run.energy_residual:.3g} J over {len(bonds)} bonds; of the {most.exchanged:.3g} J exchanged on",
+            f"{most.name}, which carries most, {most.share:.2g} (peak {most.peak_power:.2g} W)",
+        ]
+    ride = [line for vehicle in assess(trajectory) for line in _ride(vehicle)]
+    return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"]), *ride]
+
+
+def _ride(vehicle: Assessment) -> list[str]:
+    """What a railway vehicle's run came to."""
+    worst = vehicle.worst
+    motion = "; ".join(
+        f"{pair}: y {vehicle.lateral[pair][0] * 1e3:.3g} mm ({vehicle.lateral[pair][1] * 1e3:.2g} at the end), "
+        f"psi {vehicle.yaw[pair][0] * 1e3:.3g} mrad ({vehicle.yaw[pair][1] * 1e3:.2g})"
+        for pair in vehicle.pairs
+    )
+    limit = "above" if worst.exceeded else "within"
+    return [
+        "",
+        f"{vehicle.vehicle} {vehicle.verdict.text}",
+        f"largest Y/Q by EN 14363: {worst.value:.3f} ({limit} its limit {worst.limit:g}), {worst.wheel}, s = {worst.distance:.1f} m",
+        f"largest {motion}",
+    ]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

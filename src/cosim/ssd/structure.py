@@ -10,7 +10,7 @@ from cosim.errors import WiringError
 from cosim.ssd.documents import ANNOTATION, NAMESPACES, Document, hop_of
 from cosim.ssd.parameters import bound_values
 from cosim.ssd.tree import Node, components, tree
-from cosim.system import Connection, Hop, Part, PowerBond, System
+from cosim.system import Connection, Hop, Part, PowerBond, StopWhen, System
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
 
@@ -43,6 +43,7 @@ def read(file: Path | str) -> System:
         return System(
             name=root.get("name") or Path(location).stem, parts=parts, connections=tuple(connections), bonds=_bonds(top, leaves),
             step=_step(found), stop=_stop(found), description=top.element.get("description") or root.get("description", ""),
+            stop_when=_stops(top, leaves),
         )  # fmt: skip
     except WiringError as error:
         raise WiringError(f"{found.what}: {error}") from None
@@ -121,6 +122,14 @@ def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:
         motion, effort = (_split(top, element, key, leaves) for key in ("motion", "effort"))
         bonds.append(PowerBond(motion, effort))
     return tuple(bonds)
+
+
+def _stops(top: Node, leaves: Any) -> tuple[StopWhen, ...]:
+    found = []
+    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:StopWhen", NAMESPACES):
+        signal = _split(top, element, "signal", leaves)
+        found.append(StopWhen(signal, top.document.number(element, "above", "0.5"), element.get("says", ".".join(signal))))
+    return tuple(found)
 
 
 def _split(top: Node, element: etree._Element, key: str, leaves: Any) -> End:

@@ -1,0 +1,81 @@
+"""What a run says of a railway vehicle: did it stay on the track, and how near was it to leaving it?
+
+A component is taken for a railway vehicle if it calls its outputs like one:
+
+    body_distance                   along the track, m
+    PAIR_lateral_displacement       m, and PAIR_yaw_angle, rad, of each wheel pair; PAIR_guiding_force, N, its sum of Y
+    WHEEL_climb                     way of the flange over the rail: 0 first touch, 1 on top
+    WHEEL_lateral_force             Y, N, and WHEEL_derailment_coefficient, Y/Q
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim import safety
+from cosim.trajectory import Trajectory
+
+DISTANCE, CLIMB, COEFFICIENT, FORCE = "body_distance", "_climb", "_derailment_coefficient", "_lateral_force"
+LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """vehicle : its name in the system. wheels, pairs : their names. verdict and worst Y/Q : see cosim.safety.
+
+    lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
+    """
+
+    vehicle: str
+    wheels: tuple[str, ...]
+    pairs: tuple[str, ...]
+    verdict: safety.Verdict
+    worst: safety.Extreme
+    lateral: dict[str, tuple[float, float]]
+    yaw: dict[str, tuple[float, float]]
+
+
+def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
+    """Every railway vehicle whose outputs were recorded; empty if there is none, or too little of a run to filter."""
+    found = []
+    for name in trajectory.names:
+        vehicle, dot, signal = name.rpartition(".")
+        if dot and signal == DISTANCE and len(trajectory) > 100:
+            found += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
+    return tuple(found)
+
+
+def _wheels(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:
+    """Wheels whose climb and derailment coefficient are both recorded."""
+    start = f"{vehicle}."
+    climbing = [n[len(start) : -len(CLIMB)] for n in trajectory.names if n.startswith(start) and n.endswith(CLIMB)]
+    return tuple(w for w in climbing if f"{start}{w}{COEFFICIENT}" in trajectory.names)
+
+
+def _pairs(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:
+    start = f"{vehicle}."
+    moving = [n[len(start) : -len(LATERAL)] for n in trajectory.names if n.startswith(start) and n.endswith(LATERAL)]
+    return tuple(p for p in moving if p != "body" and f"{start}{p}{YAW}" in trajectory.names)
+
+
+def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
+    wheels, pairs, t = _wheels(trajectory, vehicle), _pairs(trajectory, vehicle), trajectory.t
+    even = np.linspace(t[0], t[-1], t.size)  # the filter wants even steps; a last, shorter one is spread
+
+    def signal(name: str) -> np.ndarray:
+        return np.interp(even, t, trajectory[f"{vehicle}.{name}"])
+
+    def extent(suffix: str) -> dict[str, tuple[float, float]]:
+        sizes = {pair: np.abs(trajectory[f"{vehicle}.{pair}{suffix}"]) for pair in pairs}
+        return {pair: (float(size.max()), float(size[-max(1, size.size // 10) :].max())) for pair, size in sizes.items()}
+
+    distance = signal(DISTANCE)
+    return Assessment(
+        vehicle,
+        wheels,
+        pairs,
+        safety.verdict({w: trajectory[f"{vehicle}.{w}{CLIMB}"] for w in wheels}, t, trajectory[f"{vehicle}.{DISTANCE}"]),
+        safety.worst({w: signal(w + COEFFICIENT) for w in wheels}, even, distance),
+        extent(LATERAL),
+        extent(YAW),
+    )
