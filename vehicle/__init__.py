@@ -10,7 +10,6 @@ VARIANTS = {
     "lrt_set_b": "vehicle.variants:lrt_set_b",
     "lrt_shen_hedrick_elkins": "vehicle.variants:lrt_shen_hedrick_elkins",
     "lrt_fastsim": "vehicle.variants:lrt_fastsim",
-    "lrt_kalker": "vehicle.variants:lrt_kalker",
     "lrt_rough": "vehicle.variants:lrt_rough",
     "lrt_solid_axle": "vehicle.variants:lrt_solid_axle",
     "wheelset": "vehicle.wheelset:wheelset",

@@ -26,13 +26,6 @@ def lrt_fastsim() -> Component:
     return vehicle("lrt_fastsim", "Light-rail vehicle, creep forces by FASTSIM", Design(law="fastsim"), {}, INTERNAL_STEP)
 
 
-def lrt_kalker() -> Component:
-    """The vehicle with Kalker's linear theory: no friction limit, for small motions."""
-    return vehicle(
-        "lrt_kalker", "Light-rail vehicle, creep forces by Kalker's linear theory", Design(law="kalker"), {}, INTERNAL_STEP
-    )
-
-
 def lrt_rough() -> Component:
     """The vehicle on track with room for random or tabulated irregularity: 48 harmonics in each of four channels."""
     what = "Light-rail vehicle on track with random or tabulated irregularity"
