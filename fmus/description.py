@@ -182,15 +182,16 @@ def fmi2(table: Table, identifier: str, token: str, tool: str, output_order: int
     ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=text(STOP_TIME), stepSize=step)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, row in enumerate(table.rows):
-        variables.append(_variable(table, reference, row, named))
+        if row.kind != "time":  # optional in FMI 2.0, and FMI Library wants a start value that it must not have
+            variables.append(_variable(table, reference, row, named))
     structure = ET.SubElement(root, "ModelStructure")
     for tag, key in (("Outputs", "outputs"), ("Derivatives", "derivatives"), ("InitialUnknowns", "initial")):
         found = unknowns(table)[key]
         parent = ET.SubElement(structure, tag) if found else None
         for row, known in found:
             assert parent is not None
-            dependencies = " ".join(str(table.reference[k.name] + 1) for k in known)
-            ET.SubElement(parent, "Unknown", index=str(table.reference[row.name] + 1), dependencies=dependencies)
+            dependencies = " ".join(str(table.reference[k.name]) for k in known)  # time has reference 0 and no place in the list
+            ET.SubElement(parent, "Unknown", index=str(table.reference[row.name]), dependencies=dependencies)
     return document(root)
 
 
@@ -204,6 +205,6 @@ def _variable(table: Table, reference: int, row: Row, named: dict[str, str]) -> 
     if row.variable is not None and initial != "calculated":
         real["start"] = text(row.variable.start)
     if row.kind == "derivative":
-        real["derivative"] = str(table.reference[table.of("state", row.index).name] + 1)
+        real["derivative"] = str(table.reference[table.of("state", row.index).name])
     ET.SubElement(element, "Real", real)
     return element

@@ -63,7 +63,7 @@ def sampled() -> Component:
 def gain() -> Component:
     """No state: y = 3 u."""
     return build(
-        name="gain", variant="three", description="Gain", equations="y = 3 u", internal_step=1.0,
+        name="gain", variant="three", description="Gain", equations="y = 3 u", internal_step=0.1,
         variables=[input_("u", "1", "in"), output("y", "1", "out")], model=lambda s: ({}, {"y": 3 * s["u"]}),
     )  # fmt: skip
 
@@ -86,10 +86,10 @@ COMPONENTS: dict[str, Callable[[], Component]] = {
 
 def in_process(
     c: Component, steps: list[tuple[float, float, np.ndarray]], *, internal_step: float | None = None, tolerance: float = 0.0,
-    parameters: np.ndarray | None = None,
+    parameters: np.ndarray | None = None, state: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Outputs after each (t, h, U) in this process, shape (len(steps), n_y)."""
-    x, p = c.start_state, c.start_parameters if parameters is None else parameters
+    x, p = c.start_state if state is None else state, c.start_parameters if parameters is None else parameters
     progress, rows = Progress(first_sample(c.sample_period, steps[0][0])), []
     for t, h, U in steps:
         x, progress = macro_step(

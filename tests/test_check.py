@@ -80,13 +80,13 @@ def replace(pattern: str, new: str) -> Callable[[str], str]:
 
 DESCRIPTION = "modelDescription.xml"
 MUTANTS_OF_TEXT = {
-    "wrong derivative index, FMI 2": ("2", r'derivative="2"', 'derivative="3"', "derivative"),
+    "wrong derivative index, FMI 2": ("2", r'derivative="1"', 'derivative="2"', "derivative"),
     "wrong derivative index, FMI 3": ("3", r'derivative="1"', 'derivative="2"', "derivative"),
     "min above start": ("2", r'min="0.0" max="1000000.0"', 'min="50.0" max="1000000.0"', "start"),
     "min above max": ("3", r'min="0.0" max="1000000.0"', 'min="9.0" max="1.0"', "bounds"),
     "nominal 0": ("2", r'nominal="2.0"', 'nominal="0.0"', "nominal"),
     "start not that of the binary": ("2", r'start="0.3"', 'start="0.31"', "start"),
-    "missing dependency": ("2", r'(<Unknown index="5" dependencies=")2 4"', r'\g<1>2"', "dependencies"),
+    "missing dependency": ("2", r'(<Unknown index="4" dependencies=")1 3"', r'\g<1>1"', "dependencies"),
     "unknown unit": ("3", r'(<Float64 name="u".*?unit=)"rad/s2"', r'\g<1>"furlong"', "validation"),
     "no such causality": ("2", r'causality="input"', 'causality="inputs"', "validation"),
     "another guid": ("2", r'guid="\{', 'guid="{x', "instance"),
