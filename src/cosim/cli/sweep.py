@@ -75,7 +75,7 @@ def command(
         f"{outcome.runs} runs of {plan.name}: {outcome.before} were in the file, {outcome.done} done now, {outcome.failed} of "
         f"them failed" + (f", {left} left" if left else ""),
         *([f"took {outcome.seconds:.1f} s, {where}"] if outcome.done else []),
-        f"wrote {file}",
+        f"wrote {file}" if outcome.done else f"{file} is complete",
     ]
     if outcome.status == "interrupted":
         words.append("interrupted; the same command goes on from here")

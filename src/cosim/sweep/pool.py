@@ -5,6 +5,7 @@ a run whose process dies once more is a row with that error. Workers are spawned
 `if __name__ == "__main__":`.
 """
 
+import contextlib
 import multiprocessing
 import os
 import shutil
@@ -16,6 +17,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 
 from cosim.sweep.axes import Point
 from cosim.sweep.plan import FIXED, Frame
@@ -55,6 +57,8 @@ def work(connection: Connection, frame: Frame, files: Mapping[str, str], scratch
         return
     finally:
         runner.close()
+        with contextlib.suppress(OSError):  # not empty: another worker is there still, or the parent will see to it
+            Path(scratch).rmdir()
 
 
 @dataclass(eq=False)

@@ -39,6 +39,7 @@ class Store:
         self._head = {MARK: 1, "columns": list(columns), "text": list(text), "definition": json.loads(_json(definition))}
         self.done: set[str] = set()
         self._good = 0  # length of the journal up to its last whole line
+        self._rows = 0  # in the journal
         if file.exists():
             kept = read(file)
             self._check(kept.head, file, extend)
@@ -59,13 +60,15 @@ class Store:
         rows = list(rows)
         self._write("".join(_json(row) + "\n" for row in rows))
         self.done.update(row[0] for row in rows)
+        self._rows += len(rows)
 
     def close(self, *, finish: bool = True) -> None:
         """Put the rows into the file, unless `finish` is off: then they wait in the journal. Either way, let go of it."""
         try:
-            if finish:
+            if finish and self._rows:
                 os.fsync(self._journal)
                 write(load(self._file), self._file)
+            if finish or not self._rows:
                 self._path.unlink()
         finally:
             os.close(self._journal)
@@ -86,6 +89,7 @@ class Store:
             head, rows = _parsed(data[: self._good], self._path)
             self._check(head, self._path, extend)
             self.done.update(row[0] for row in rows)
+            self._rows = len(rows)
             if self._good < len(data):
                 os.ftruncate(self._journal, self._good)
         elif data and not data.startswith(f'{{"{MARK}"'.encode()):
