@@ -38,14 +38,18 @@ for name in ("A", "B"):
     for waves in (5.0, 1e6):
         for rpm in (0.0, 2000.0):
             values = {"speed": 50.0, "stretch_lateral": 0.01, "stretch_start": 20.0, "stretch_cycles": waves}
-            run = joined.run(30.0, joined.p(base | values | {"unit.rotor_speed": rpm * RPM}), until="derailed")
+            stop = 200.0 if waves == 5.0 else 30.0  # s; the slowest damped root takes minutes
+            p = joined.p(base | values | {"unit.rotor_speed": rpm * RPM})
+            run = joined.run(stop, p, every=40, until="derailed")
             last = run.t > run.t[-1] - 2.0
             y, psi = (np.abs(run[f"front_{signal}"][last]).max() for signal in ("lateral_displacement", "yaw_angle"))
             settled[waves, rpm] = run["derailed"][-1] == 0.0 and y < 1e-5
             ended = verdict({w: run[f"{w}_climb"] for w in WHEELS}, run.t, run["body_distance"]).text
             print(f"    {rpm:4.0f} rpm, {waves:7.0f} waves: last 2 s |y| < {1e3 * y:.2e} mm, |psi| < {psi:.2e} rad; {ended}")
     C6 = settled[5.0, 2000.0] and not settled[5.0, 0.0]
-    print(f"C6  off does not settle, on does (|y| < 0.01 mm after five waves): {'reproduced' if C6 else 'not reproduced'}")
+    print(
+        f"C6  off does not settle, on does (|y| < 0.01 mm within 200 s of five waves): {'reproduced' if C6 else 'not reproduced'}"
+    )
 
     # C7 to C10: the 50 m curve
     result = {}
