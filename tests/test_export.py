@@ -119,6 +119,7 @@ def test_model_exchange_gives_the_same_solution(built: Callable, name: str, vers
         assert got[v.name][0] == exact[v.name][0] or name == "sampled"  # its first sample is at the start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spec", [f"{p}:{v}" for p, variants in catalogue.components().items() for v in variants])
 def test_every_component_of_the_project_has_an_fmu_without_faults(spec: str, tmp_path: Path) -> None:
     """All variants of all packages in the catalogue, both versions, validated and run for ten steps."""

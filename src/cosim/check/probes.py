@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 
 from cosim.check import behaviour, numerics
@@ -28,7 +29,7 @@ def main(folder: str, report: str, names: list[str]) -> None:
         for name in names:
             tell("begin", name)
             try:
-                PROBES[name](bench, lambda message, name=name: tell("fault", name, message))
+                PROBES[name](bench, partial(tell, "fault", name))
             except Refused as error:
                 tell("fault", name, str(error))
         tell("end")
