@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import compare, converge, export, listing, paper, plot, run, sweep
+from cosim.cli import compare, converge, export, info, listing, pack, paper, plot, run, sweep
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -28,6 +28,8 @@ for name, function in (
     ("paper", paper.command),
     ("sweep", sweep.command),
     ("plot", plot.command),
+    ("info", info.command),
+    ("pack", pack.command),
 ):
     app.command(name)(function)
 

@@ -16,7 +16,7 @@ from component.units import quantity
 from cosim.ssd import system as named_system
 from cosim.system import System
 
-SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
+SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
 Gyro = Annotated[
     str | None,
     typer.Option("--gyro", metavar="VARIANT", help="the gyro unit: a variant, PACKAGE:VARIANT, a .py file or an .fmu file"),

@@ -182,7 +182,7 @@ def through(value: Any, hop: Hop) -> Any:
         if number not in table:
             raise ValueError(f"a mapping must have an entry for {value}")
         return table[number]
-    if not hop.suppress and (hop.factor, hop.offset) == (1.0, 0.0) and hop.end is None:
+    if not hop.suppress and (hop.factor, hop.offset) == (1.0, 0.0) and hop.start is None and hop.end is None:
         return value
     if isinstance(value, str | bytes):
         return value

@@ -1,0 +1,160 @@
+"""cosim info: what an FMU or a system holds."""
+
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from cosim import archive
+from cosim.cli.common import AsJson, say
+from cosim.master import open_network
+from cosim.network import Network
+from cosim.slaves.description import Description, Row, load
+from cosim.slaves.variables import interface
+from cosim.ssd import system as named_system
+
+CAPABILITIES = (
+    "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",
+    "canSerializeFMUstate", "providesDirectionalDerivative", "canGetAndSetFMUState", "canSerializeFMUState",
+    "providesDirectionalDerivatives", "providesAdjointDerivatives", "providesIntermediateUpdate", "hasEventMode",
+    "mightReturnEarlyFromDoStep", "canReturnEarlyAfterIntermediateUpdate", "needsExecutionTool",
+    "canBeInstantiatedOnlyOncePerProcess", "fixedInternalStepSize",
+)  # fmt: skip
+
+
+def command(
+    name: Annotated[str, typer.Argument(metavar="FILE|SYSTEM", help="an .fmu, .ssp or .ssd file, or a built-in system")],
+    as_json: AsJson = False,
+) -> int:
+    """Print what an FMU holds, or a system: its graph, algebraic loops and power bonds."""
+    if name.endswith(".fmu"):
+        description = load(name)
+        found = fmu_document(name, description)
+        say(as_json, lambda: found, *_fmu_words(found))
+    else:
+        plan = named_system(name)
+        with open_network(plan, in_process=True) as network:
+            found = system_document(network)
+        say(as_json, lambda: found, *_system_words(found))
+    return 0
+
+
+def fmu_document(file: str, d: Description) -> dict[str, Any]:
+    """An FMU as JSON holds it."""
+    with archive.opened(file) as members:
+        names = members.namelist()
+    binaries = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and not n.endswith("/")})
+    needed = {tag: {k: attributes[k] for k in CAPABILITIES if k in attributes} for tag, attributes in d.interfaces.items()}
+    direct = interface(d)
+    through = [
+        {"output": y.name, "inputs": [u.name for u, feeds in zip(direct.inputs, row, strict=True) if feeds]}
+        for y, row in zip(direct.outputs, direct.feedthrough, strict=True)
+        if row.any()
+    ]
+    return {
+        "file": file,
+        "fmi": d.version + ".0",
+        "model": d.model,
+        "description": d.identity.get("description", ""),
+        "tool": d.identity.get("generationTool", ""),
+        "interfaces": needed,
+        "platforms": binaries,
+        "sources": any(n.startswith("sources/") for n in names),
+        "experiment": dict(d.experiment),
+        "variables": [_variable(row) for row in d.rows],
+        "direct_feedthrough": through,
+    }
+
+
+def _variable(row: Row) -> dict[str, Any]:
+    bounds = {key: value for key, value in (("min", row.min), ("max", row.max)) if value is not None}
+    shape = {"shape": list(row.shape)} if row.shape else {}
+    items = {"items": dict(row.items)} if row.items else {}
+    return {
+        "name": row.name, "causality": row.causality, "variability": row.variability, "type": row.type, "unit": row.unit,
+        "start": " ".join(row.start), "description": row.description, **bounds, **shape, **items,
+    }  # fmt: skip
+
+
+def _fmu_words(found: dict[str, Any]) -> list[str | Table]:
+    lines = [f"{found['model']}: FMI {found['fmi']}, {' and '.join(found['interfaces'])}"]
+    if found["description"]:
+        lines.append(found["description"])
+    lines.append(f"binaries for {', '.join(found['platforms']) or 'no platform'}{', with sources' if found['sources'] else ''}")
+    for tag, attributes in found["interfaces"].items():
+        able = [k if v in ("true", "1") else f"{k} = {v}" for k, v in attributes.items() if v not in ("false", "0")]
+        lines.append(f"{tag}: {', '.join(able) or 'no capability'}")
+    if found["experiment"]:
+        lines.append("default experiment: " + ", ".join(f"{k} {v}" for k, v in found["experiment"].items()))
+    for entry in found["direct_feedthrough"]:
+        lines.append(f"{entry['output']} depends directly on {', '.join(entry['inputs'])}")
+    table = Table("variable", "causality", "type", "unit", "start", "", box=None, pad_edge=False)
+    for v in found["variables"]:
+        kind = v["type"] + (f"[{','.join(map(str, v['shape']))}]" if "shape" in v else "")
+        start = v["start"] if len(v["start"]) <= 24 else v["start"][:21] + "..."
+        table.add_row(*map(escape, (v["name"], v["causality"], kind, v["unit"], start, v["description"])))
+    return [*lines, "", table]
+
+
+def system_document(network: Network) -> dict[str, Any]:
+    """A system as JSON holds it."""
+    system = network.system
+    units = dict(zip(network.names, network.units, strict=True))
+    wires = []
+    for i, slave in enumerate(network.slaves):
+        for k, j, factor, offset in network.wires(i):
+            signal = slave.inputs[j]
+            wires.append({
+                "from": network.names[k], "to": f"{slave.name}.{signal.name}", "unit_from": units[network.names[k]],
+                "unit_to": signal.unit, "factor": factor, "offset": offset,
+            })  # fmt: skip
+    driven = {wire["to"] for wire in wires}
+    parts = []
+    for part, slave in zip(system.parts, network.slaves, strict=True):
+        ignored = sorted(name for name in part.bound if name not in slave.settable)
+        given = {**{n: v for n, v in part.bound.items() if n in slave.settable}, **part.values}
+        parts.append({
+            "name": part.name, "source": part.source,
+            "inputs": [s.name for s in slave.inputs], "outputs": [s.name for s in slave.outputs],
+            "open_inputs": [s.name for s in slave.inputs if f"{slave.name}.{s.name}" not in driven],
+            "input_degree": slave.input_degree, "can_restore": slave.can_restore, "can_serialize": slave.can_serialize,
+            "values": {name: str(slave.settable[name].value(value)) for name, value in given.items()},
+            "ignored_values": ignored,
+        })  # fmt: skip
+    return {
+        "system": system.name,
+        "description": system.description,
+        "step": system.step,
+        "stop": system.stop,
+        "components": parts,
+        "connections": wires,
+        "loops": list(network.loops),
+        "bonds": [bond.name for bond in network.bonds],
+        "order": [network.slaves[i].name for i in network.order],
+    }
+
+
+def _system_words(found: dict[str, Any]) -> list[str | Table]:
+    lines: list[str | Table] = [f"{found['system']}: {found['description']}" if found["description"] else found["system"]]
+    lines.append(f"macro step {found['step']:g} s to t = {found['stop']:g} s, evaluated in the order {', '.join(found['order'])}")
+    parts = Table("component", "source", "inputs", "outputs", "values", box=None, pad_edge=False)
+    for part in found["components"]:
+        values = ", ".join(f"{name} = {value}" for name, value in part["values"].items())
+        numbers = str(len(part["inputs"])), str(len(part["outputs"]))
+        parts.add_row(escape(part["name"]), escape(part["source"]), *numbers, escape(values))
+    wires = Table("from", "", "to", box=None, pad_edge=False)
+    for wire in found["connections"]:
+        same = wire["factor"] == 1.0 and wire["offset"] == 0.0
+        change = "" if same else f" x {wire['factor']:.6g}" + (f" + {wire['offset']:.6g}" if wire["offset"] else "")
+        ends = [escape(f"{wire[end]} [{wire[f'unit_{end}']}]" if wire[f"unit_{end}"] else wire[end]) for end in ("from", "to")]
+        wires.add_row(ends[0], f"->{change}", ends[1])
+    lines += ["", parts, "", wires, ""]
+    for part in found["components"]:
+        if part["open_inputs"]:
+            lines.append(f"inputs of {part['name']} that keep their start values: {', '.join(part['open_inputs'])}")
+        if part["ignored_values"]:
+            lines.append(f"values that {part['name']} has no variable for, ignored: {', '.join(part['ignored_values'])}")
+    lines += [f"algebraic loop: {loop}" for loop in found["loops"]] or ["algebraic loops: none"]
+    lines += [f"power bond: {bond}" for bond in found["bonds"]] or ["power bonds: none"]
+    return lines

@@ -1,0 +1,247 @@
+"""A system as an .ssp file that other tools run: SystemStructure.ssd, the FMUs, and the values as a parameter set.
+
+SSP 1.0 knows no arrays and no FMI 3.0 types: elements of arrays become connectors of their own, types become the nearest of
+SSP 1.0. Nested systems stay flat, as the master sees them.
+"""
+
+import io
+import os
+import tempfile
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from component.units import BASE, Unit
+from cosim import archive, catalogue
+from cosim.quantities import meaning
+from cosim.slaves.base import Signal, Value
+from cosim.slaves.description import read
+from cosim.slaves.variables import Interface, interface
+from cosim.ssd.documents import ANNOTATION, NAMESPACES
+from cosim.system import Connection, Part, System
+from cosim.wiring import transfer
+
+_TYPES = {
+    "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",
+    "binary": "Binary",
+}  # fmt: skip
+_DATE = (1980, 1, 1, 0, 0, 0)
+
+
+def pack(system: System, file: Path) -> Path:
+    """Write the system to `file` (.ssp), complete or not at all; components of the catalogue become FMUs of this platform."""
+    if file.suffix != ".ssp":
+        raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
+    fmus, places = _fmus(system)
+    faces = {part.name: interface(read(fmus[part.source])) for part in system.parts}
+    units = _units(s for face in faces.values() for s in (*face.inputs, *face.outputs, *face.settable.values()))
+    enumerations: dict[tuple[tuple[str, int], ...], str] = {}
+    parameters = f"resources/{_plain(system.name)}.ssv"
+    values = _parameter_set(system, faces, units)
+    structure = _structure(system, faces, places, units, enumerations, parameters if values is not None else "")
+    members = {"SystemStructure.ssd": _bytes(structure)}
+    if values is not None:
+        members[parameters] = _bytes(values)
+    members |= {places[source]: archive.read(location) for source, location in fmus.items()}
+    _save(file, members)
+    return file
+
+
+def _fmus(system: System) -> tuple[dict[str, str], dict[str, str]]:
+    """For each source the location of its FMU, and its place in the package; names that meet get a number."""
+    fmus: dict[str, str] = {}
+    places: dict[str, str] = {}
+    for part in system.parts:
+        if part.source in fmus:
+            continue
+        location = part.source if part.source.endswith(".fmu") else str(catalogue.fmu(part.source))
+        stem = location.replace("#", "/").rpartition("/")[2].removesuffix(".fmu")
+        place, n = f"resources/{stem}.fmu", 1
+        while place in places.values():
+            n += 1
+            place = f"resources/{stem}-{n}.fmu"
+        fmus[part.source], places[part.source] = location, place
+    return fmus, places
+
+
+def _plain(name: str) -> str:
+    """A name that every file system takes."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in name) or "system"
+
+
+def _units(signals: Iterable[Signal]) -> dict[str, Unit]:
+    """What every unit in use means. One name that two FMUs define differently stays with the first."""
+    found: dict[str, Unit] = {}
+    for signal in signals:
+        unit = meaning(signal.unit, signal.definition)
+        if signal.unit and unit is not None:
+            found.setdefault(signal.unit, unit)
+    return found
+
+
+def _tag(kind: str, name: str) -> str:
+    return f"{{{NAMESPACES[kind]}}}{name}"
+
+
+def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> etree._Element:
+    return etree.SubElement(parent, _tag(kind, tag), {key: value for key, value in attributes.items() if value != ""})
+
+
+def _structure(
+    system: System, faces: Mapping[str, Interface], places: Mapping[str, str], units: Mapping[str, Unit],
+    enumerations: dict[tuple[tuple[str, int], ...], str], parameters: str,
+) -> etree._Element:  # fmt: skip
+    used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
+    root = etree.Element(_tag("ssd", "SystemStructureDescription"), {"version": "1.0", "name": system.name}, nsmap=used)
+    top = _add(root, "ssd", "System", name=system.name, description=system.description)
+    if parameters:
+        _add(_add(top, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=parameters)
+    elements = _add(top, "ssd", "Elements")
+    driven = {wire.end for wire in system.connections}
+    for part in system.parts:
+        face = faces[part.name]
+        # Open inputs get no connector: one importer at least gives them a neighbour's value.
+        signals = [(s, "input") for s in face.inputs if (part.name, s.name) in driven] + [(s, "output") for s in face.outputs]
+        _component(elements, part, signals, places[part.source], units, enumerations)
+    if system.connections:
+        connections = _add(top, "ssd", "Connections")
+        for wire in system.connections:
+            _connection(connections, wire, faces)
+    notes = [("Master", {"step": repr(system.step)})]
+    notes += [("Bond", {"motion": ".".join(b.motion), "effort": ".".join(b.effort)}) for b in system.bonds]
+    notes += [
+        ("StopWhen", {"signal": ".".join(stop.signal), "above": repr(stop.above), "says": stop.says}) for stop in system.stop_when
+    ]
+    annotations = _add(top, "ssd", "Annotations")
+    for name, attributes in notes:
+        _add(_add(annotations, "ssc", "Annotation", type=ANNOTATION), "gc", name, **attributes)
+    if enumerations:
+        parent = _add(root, "ssd", "Enumerations")
+        for items, name in enumerations.items():
+            of = _add(parent, "ssc", "Enumeration", name=name)
+            for item, number in items:
+                _add(of, "ssc", "Item", name=item, value=str(number))
+    _write_units(root, "ssd", units)
+    _add(root, "ssd", "DefaultExperiment", startTime="0", stopTime=repr(system.stop))
+    return root
+
+
+def _write_units(root: etree._Element, kind: str, units: Mapping[str, Unit]) -> None:
+    if not units:
+        return
+    parent = _add(root, kind, "Units")
+    for name, unit in sorted(units.items()):
+        exponents = {base: str(e) for base, e in zip(BASE, unit.dimension, strict=True) if e}
+        scale = {} if unit.factor == 1.0 else {"factor": repr(unit.factor)}
+        shift = {} if unit.offset == 0.0 else {"offset": repr(unit.offset)}
+        _add(_add(parent, "ssc", "Unit", name=name), "ssc", "BaseUnit", **exponents, **scale, **shift)
+
+
+def _component(
+    elements: etree._Element, part: Part, signals: Sequence[tuple[Signal, str]], place: str, units: Mapping[str, Unit],
+    enumerations: dict[tuple[tuple[str, int], ...], str],
+) -> None:  # fmt: skip
+    component = _add(elements, "ssd", "Component", name=part.name, type="application/x-fmu-sharedlibrary", source=place)
+    if not signals:
+        return
+    connectors = _add(component, "ssd", "Connectors")
+    for signal, kind in signals:
+        connector = _add(connectors, "ssd", "Connector", name=signal.name, kind=kind)
+        if signal.type == "enumeration":
+            name = enumerations.setdefault(signal.items, f"enumeration_{len(enumerations) + 1}")
+            _add(connector, "ssc", "Enumeration", name=name)
+        else:
+            unit = signal.unit if signal.unit in units else ""
+            _add(connector, "ssc", _TYPES[signal.type], **({"unit": unit} if signal.type == "real" else {}))
+
+
+def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, Interface]) -> None:
+    element = _add(
+        connections, "ssd", "Connection",
+        startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
+    )  # fmt: skip
+    plain = all((h.factor, h.offset, h.suppress, h.table) == (1.0, 0.0, False, ()) for h in wire.hops)
+    if plain:
+        return
+    a = next(s for s in faces[wire.start[0]].outputs if s.name == wire.start[1])
+    b = next(s for s in faces[wire.end[0]].inputs if s.name == wire.end[1])
+    total = transfer(wire, a, b)
+    if total.table is None:
+        element.set("suppressUnitConversion", "true")
+        _add(element, "ssc", "LinearTransformation", factor=repr(total.factor), offset=repr(total.offset))
+        return
+    kind = "Boolean" if a.type == b.type == "boolean" else "Integer"
+    mapping = _add(element, "ssc", f"{kind}MappingTransformation")
+    for source, target in total.table.items():
+        pair = [str(bool(n)).lower() if kind == "Boolean" else str(int(n)) for n in (source, target)]
+        _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
+
+
+def _parameter_set(system: System, faces: Mapping[str, Interface], units: Mapping[str, Unit]) -> etree._Element | None:
+    """The values of all components as one .ssv; None where there are none."""
+    used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
+    root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": system.name}, nsmap=used)
+    parent = _add(root, "ssv", "Parameters")
+    mentioned = set()
+    for part in system.parts:
+        settable = faces[part.name].settable
+        for name in part.values:
+            if name not in settable:
+                raise catalogue.unknown(f"parameter of {part.name!r}:", name, settable)
+        for name, given in {**part.bound, **part.values}.items():
+            if name not in settable:
+                continue
+            signal = settable[name]
+            try:
+                value = signal.value(given)
+            except ValueError as error:
+                raise ValueError(f"{part.name}.{name}: {error}") from None
+            elements = value if isinstance(value, tuple) else (value,)
+            names = [s for s in settable if s.startswith(f"{name}[")] if signal.shape else [name]
+            for element, label in zip(elements, names, strict=True):
+                if signal.unit in units and signal.type == "real":
+                    mentioned.add(signal.unit)
+                _parameter(parent, f"{part.name}.{label}", signal, element, signal.unit if signal.unit in units else "")
+    _write_units(root, "ssv", {name: units[name] for name in mentioned})
+    return root if len(parent) else None
+
+
+def _parameter(parent: etree._Element, name: str, signal: Signal, value: Value, unit: str) -> None:
+    text: Any = value
+    if isinstance(value, float):
+        text = {
+            "real": repr(value), "integer": str(int(value)), "boolean": str(bool(value)).lower(),
+            "enumeration": next((item for item, number in signal.items if number == value), str(int(value))),
+        }[signal.type]  # fmt: skip
+    elif isinstance(value, bytes):
+        text = value.hex()
+    element = etree.SubElement(_add(parent, "ssv", "Parameter", name=name), _tag("ssv", _TYPES[signal.type]), value=str(text))
+    if unit and signal.type == "real":
+        element.set("unit", unit)
+
+
+def _bytes(root: etree._Element) -> bytes:
+    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+
+
+def _save(file: Path, members: Mapping[str, bytes]) -> None:
+    """Write a zip whose bytes depend on its members only, first beside its place, then in it."""
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as target:
+        for name, content in members.items():
+            info = zipfile.ZipInfo(name, date_time=_DATE)
+            info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
+            info.create_system, info.external_attr = 3, 0o644 << 16
+            target.writestr(info, content)
+    handle, beside = tempfile.mkstemp(prefix=f".{file.name}.", dir=file.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data.getvalue())
+        Path(beside).chmod(0o644)
+        Path(beside).replace(file)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise

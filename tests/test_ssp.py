@@ -1,0 +1,434 @@
+"""System files: what an .ssp or .ssd says is what runs; what it says wrongly is refused with file, element and rule."""
+
+import importlib.util
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import oscillators
+import pytest
+import small_fmus
+from lxml import etree
+
+from cosim import Connection, Jacobi, Part, System, WiringError, catalogue, simulate, system
+from cosim.master import open_network
+from cosim.packing import pack
+from cosim.system import Hop
+
+HEAD = (
+    '<ssd:SystemStructureDescription version="1.0" name="test" '
+    'xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+    'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" '
+    'xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
+    'xmlns:ssm="http://ssp-standard.org/SSP1/SystemStructureParameterMapping">'
+)
+UNITS = (
+    '<ssd:Units><ssc:Unit name="ell"><ssc:BaseUnit m="1" factor="0.5"/></ssc:Unit>'
+    '<ssc:Unit name="pound"><ssc:BaseUnit kg="1" factor="0.5"/></ssc:Unit></ssd:Units>'
+)
+TAIL = '<ssd:DefaultExperiment startTime="0" stopTime="0.1"/></ssd:SystemStructureDescription>'
+
+
+def ssd(inside: str) -> str:
+    """A whole .ssd around what a System holds."""
+    return f'{HEAD}<ssd:System name="top">{inside}</ssd:System>{UNITS}{TAIL}'
+
+
+def component(name: str, *connectors: str, source: str = "resources/mixed.fmu", more: str = "") -> str:
+    """A Component; a connector is written "kind name" or "kind name Type unit"."""
+    return (
+        f'<ssd:Component name="{name}" source="{source}">'
+        + (f"<ssd:Connectors>{''.join(map(connector, connectors))}</ssd:Connectors>" if connectors else "")
+        + f"{more}</ssd:Component>"
+    )
+
+
+def connector(text: str) -> str:
+    kind, name, *of = text.split()
+    inside = f"<ssc:{of[0]}{f' unit={of[1]!r}' if len(of) > 1 else ''}/>" if of else ""
+    return f'<ssd:Connector name="{name}" kind="{kind}">{inside}</ssd:Connector>'
+
+
+def connection(start: str, end: str, inside: str = "", more: str = "") -> str:
+    """From "element.connector" or "connector" of the system."""
+    ends = ""
+    for which, text in (("start", start), ("end", end)):
+        element, dot, name = text.rpartition(".")
+        ends += (f'{which}Element="{element}" ' if dot else "") + f'{which}Connector="{name}" '
+    return f"<ssd:Connection {ends}{more}>{inside}</ssd:Connection>"
+
+
+def bound(values: str, *, prefix: str = "", mapping: str = "", source: str = "") -> str:
+    """ParameterBindings with one binding, inline or from a file."""
+    held = f'<ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p"><ssv:Parameters>{values}</ssv:Parameters>'
+    held = "" if source else f"{held}</ssv:ParameterSet></ssd:ParameterValues>"
+    of = f'source="{source}"' if source else ""
+    binding = f'<ssd:ParameterBinding prefix="{prefix}" {of}>{held}{mapping}</ssd:ParameterBinding>'
+    return f"<ssd:ParameterBindings>{binding}</ssd:ParameterBindings>"
+
+
+def value(name: str, number: object, kind: str = "Real", unit: str = "") -> str:
+    of = f' unit="{unit}"' if unit else ""
+    return f'<ssv:Parameter name="{name}"><ssv:{kind} value="{number}"{of}/></ssv:Parameter>'
+
+
+Ssp = Callable[..., System]
+
+
+@pytest.fixture
+def ssp(tmp_path: Path) -> Ssp:
+    """Writes x.ssp with the given System content, the FMUs mixed and arrays, and more members; reads it."""
+
+    def write(inside: str, **members: str | bytes) -> System:
+        file = tmp_path / "x.ssp"
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr("SystemStructure.ssd", inside if inside.startswith("<ssd:SystemStr") else ssd(inside))
+            archive.write(small_fmus.mixed(tmp_path), "resources/mixed.fmu")
+            archive.write(small_fmus.arrays(tmp_path), "resources/arrays.fmu")
+            for name, content in members.items():
+                archive.writestr(name.replace("__", "/").replace("_dot_", "."), content)
+        return system(str(file))
+
+    return write
+
+
+def elements(*parts: str) -> str:
+    return f"<ssd:Elements>{''.join(parts)}</ssd:Elements>"
+
+
+def connections(*wires: str) -> str:
+    return f"<ssd:Connections>{''.join(wires)}</ssd:Connections>"
+
+
+def end(plan: System) -> dict[str, float]:
+    """The last values of a run in which every input is held, so that numbers stay simple."""
+    return simulate(plan, step=0.01, algorithm=Jacobi(0)).trajectory.end()
+
+
+TWO = elements(component("a", "output y Real", "output count Integer"), component("b", "input u Real", "input add Integer"))
+START = bound(value("a.u", 3) + value("a.gain", 1))
+
+
+def test_units_of_the_fmus_are_converted_and_transformations_act_on_the_target_s_unit(ssp: Ssp) -> None:
+    """a.y = 3 furlongs at b.u, which counts furlongs too; b's own gain is 2."""
+    wire = connection("a.y", "b.u", '<ssc:LinearTransformation factor="10" offset="1"/>')
+    assert end(ssp(START + TWO + connections(wire)))["b.y"] == pytest.approx(2 * (10 * 3 + 1))
+
+
+def test_connectors_may_state_units_that_only_the_file_defines(ssp: Ssp) -> None:
+    """The system's connector counts ells of half a metre: 3 furlongs are 1207.008 ells, plus 100 of them."""
+    inner = (
+        '<ssd:System name="sub"><ssd:Connectors>' + connector("input way Real ell") + "</ssd:Connectors>"
+        + elements(component("b", "input u")) + connections(connection("way", "b.u")) + "</ssd:System>"
+    )  # fmt: skip
+    wire = connection("a.y", "sub.way", '<ssc:LinearTransformation factor="1" offset="100"/>')
+    plan = ssp(START + elements(component("a", "output y"), inner) + connections(wire))
+    assert [p.name for p in plan.parts] == ["a", "sub/b"]
+    assert end(plan)["sub/b.y"] == pytest.approx(2 * (3 + 100 * 0.5 / 201.168))
+
+
+def test_suppressed_unit_conversion_passes_the_number_on(ssp: Ssp) -> None:
+    """a.y in furlongs goes into the array's metres as a bare number, or converted."""
+    parts = elements(component("a", "output y"), component("c", "input u[1]", source="resources/arrays.fmu"))
+    plain, bare = (connections(connection("a.y", "c.u[1]", more=more)) for more in ("", 'suppressUnitConversion="true"'))
+    assert end(ssp(START + parts + plain))["c.y[1]"] == pytest.approx(3 * 201.168)
+    assert end(ssp(START + parts + bare))["c.y[1]"] == pytest.approx(3)
+
+
+def test_nested_systems_are_flattened_through_connectors_on_every_level(ssp: Ssp) -> None:
+    """a.count goes in through two systems, b.count comes out through one."""
+    inner = (
+        '<ssd:System name="in"><ssd:Connectors>' + connector("input n") + connector("output m") + "</ssd:Connectors>"
+        + elements(component("b", "input add", "output count"))
+        + connections(connection("n", "b.add"), connection("b.count", "m")) + "</ssd:System>"
+    )  # fmt: skip
+    outer = (
+        '<ssd:System name="out"><ssd:Connectors>' + connector("input n") + connector("output m") + "</ssd:Connectors>"
+        + elements(inner) + connections(connection("in.n", "n"), connection("m", "in.m")) + "</ssd:System>"  # either direction
+    )  # fmt: skip
+    parts = elements(component("a", "output count"), outer, component("c", "input add"))
+    plan = ssp(parts + connections(connection("a.count", "out.n"), connection("out.m", "c.add")))
+    assert {(c.start, c.end) for c in plan.connections} == {
+        (("out/in/b", "count"), ("c", "add")), (("a", "count"), ("out/in/b", "add")),
+    }  # fmt: skip
+    found = end(plan)
+    assert found["a.count"] == 10
+    assert found["out/in/b.count"] == 10 + sum(range(10))  # held: one step behind
+
+
+def test_mapping_tables_turn_numbers_into_numbers(ssp: Ssp) -> None:
+    table = "".join(f'<ssc:MapEntry source="{k}" target="{10 * k}"/>' for k in range(11))
+    wire = connection("a.count", "b.add", f"<ssc:IntegerMappingTransformation>{table}</ssc:IntegerMappingTransformation>")
+    assert end(ssp(TWO + connections(wire)))["b.count"] == 10 + 10 * sum(range(10))
+    not_ = '<ssc:MapEntry source="true" target="false"/><ssc:MapEntry source="false" target="true"/>'
+    parts = elements(component("a", "output on_out"), component("b", "input on"))
+    wire = connection("a.on_out", "b.on", f"<ssc:BooleanMappingTransformation>{not_}</ssc:BooleanMappingTransformation>")
+    found = end(ssp(parts + connections(wire)))
+    assert (found["a.on_out"], found["b.on_out"]) == (1, 0)
+
+
+def test_parameters_of_every_type_come_from_files_with_prefix_and_mapping(ssp: Ssp) -> None:
+    """Units by name and as the set defines them; names that are not there are ignored; later and higher ones win."""
+    ssv = (
+        '<ssv:ParameterSet version="1.0" name="p" xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" '
+        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"><ssv:Parameters>'
+        + value("length", 804.672, unit="yardish") + value("kind", "fast", "Enumeration") + value("go", "false", "Boolean")
+        + value("more", 7, "Integer") + value("words", "so so", "String") + value("unheard_of", 1)
+        + '</ssv:Parameters><ssv:Units><ssc:Unit name="yardish"><ssc:BaseUnit m="1" factor="0.5"/></ssc:Unit></ssv:Units>'
+        "</ssv:ParameterSet>"
+    )  # fmt: skip
+    targets = {"length": "u", "kind": "mode", "go": "on", "more": "add", "words": "text", "unheard_of": "nothing"}
+    linear = '<ssc:LinearTransformation factor="2" offset="1"/>'
+    entries = "".join(
+        f'<ssm:MappingEntry source="a.{s}" target="a.{t}">{linear if s == "length" else ""}</ssm:MappingEntry>'
+        for s, t in targets.items()
+    )
+    mapping = f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0">{entries}</ssm:ParameterMapping></ssd:ParameterMapping>'
+    binding = bound("", prefix="a.", mapping=mapping, source="resources/p.ssv")
+    own = bound(value("gain", 5) + value("u", 77) + value("add", 99, "Integer"))  # the system's u and add win over these
+    plan = ssp(binding + elements(component("a", "output y", more=own)), resources__p_dot_ssv=ssv)
+    found = end(plan)
+    assert found["a.y"] == pytest.approx(5 * (2 * 2 + 1))  # 804.672 half metres are 2 furlongs
+    assert (found["a.mode_out"], found["a.on_out"], found["a.count"]) == (5, 0, 0)
+    with open_network(plan) as network:
+        assert network.values[0]["text"] == "so so"
+        assert network.values[0]["add"] == 7
+
+
+def test_arrays_strings_and_bytes_of_fmi_3_take_values(ssp: Ssp) -> None:
+    values = value("u", "1 2 3", "Float64") + value("gain", "4 5 6", "Float64") + value("blob", "00 01 02", "Binary")
+    values += value("huge", 2**40, "UInt64") + value("single", 0.25, "Float32") + value("tiny", -3, "Int8")
+    plan = ssp(
+        elements(component("c", source="resources/arrays.fmu", more=bound(values))).replace(
+            "<ssd:Connectors></ssd:Connectors>", ""
+        )
+    )
+    found = end(plan)
+    assert [found[f"c.y[{i}]"] for i in (1, 2, 3)] == [4, 10, 18]
+    assert (found["c.huge_out"], found["c.single_out"], found["c.tiny_out"], found["c.length"]) == (2**40, 0.25, -3, 3)
+
+
+def test_values_given_to_a_system_s_connector_reach_the_components_behind_it(ssp: Ssp) -> None:
+    inner = (
+        '<ssd:System name="sub"><ssd:Connectors>' + connector("input size Real ell") + "</ssd:Connectors>"
+        + elements(component("a", "input u"), component("b", "input u"))
+        + connections(connection("size", "a.u"), connection("size", "b.u", '<ssc:LinearTransformation factor="3"/>'))
+        + "</ssd:System>"
+    )  # fmt: skip
+    plan = ssp(bound(value("sub.size", 402.336)) + elements(inner))
+    found = end(plan)  # 402.336 ells are 1 furlong
+    assert (found["sub/a.y"], found["sub/b.y"]) == (pytest.approx(2), pytest.approx(6))
+
+
+def test_a_system_may_hold_other_system_files_and_itself_once_more_by_id(ssp: Ssp, tmp_path: Path) -> None:
+    twin = '<ssd:System name="one" id="part">' + elements(component("a")) + "</ssd:System>"
+    again = '<ssd:Component name="two" source="#part" type="application/x-ssp-definition"/>'
+    other = (
+        '<ssd:Component name="three" source="resources/sub.ssd" type="application/x-ssp-definition">'
+        + bound(value("m.gain", 4))
+        + "</ssd:Component>"
+    )
+    below = ssd(elements(component("m", source="arrays.fmu"))).replace("arrays.fmu", "mixed.fmu")
+    plan = ssp(elements(twin, again, other), resources__sub_dot_ssd=below)
+    assert [p.name for p in plan.parts] == ["one/a", "two/a", "three/m"]
+    assert plan.parts[2].bound == {"gain": 4}
+    inside = (tmp_path / "x.ssp").read_bytes()
+    nested = '<ssd:Component name="deep" source="resources/in.ssp" type="application/x-ssp-package"/>'
+    plan = ssp(elements(nested), resources__in_dot_ssp=inside)
+    assert plan.parts[0].name == "deep/one/a"
+    assert plan.parts[0].source.endswith("x.ssp#resources/in.ssp#resources/mixed.fmu")
+    assert end(plan)["deep/two/a.count"] == 10
+
+
+@pytest.mark.parametrize(
+    ("inside", "words"),
+    [
+        (elements(component("a", source="resources/none.fmu")), r"line 1: Component 'a': FMU .*none\.fmu' must exist"),
+        (elements(component("a", source="../up.fmu")), "Component 'a': source must lie inside the archive"),
+        (elements(component("a", source="/etc/x.fmu")), "source must be a relative path, got '/etc/x.fmu'"),
+        (elements(component("a", source="file:///etc/x.fmu")), "source must be a relative path"),
+        (elements(component("a").replace("source=", "type='text/plain' source=")), "Component 'a': type must be application"),
+        (elements(component("a").replace("source=", "implementation='ModelExchange' source=")),
+         "implementation must be CoSimulation"),
+        (elements(component("a"), component("a")), "Component 'a': element names must differ"),
+        (elements("<ssd:SignalDictionaryReference name='d' dictionary='x'/>"), "signal dictionaries are not supported"),
+        (elements(component("a", "input u", "input u")), "Connector 'u': connector names must differ"),
+        (elements(component("a", "inout u")), "Connector 'u': kind must be one of input, output"),
+        (elements(component("a", "input u Real parsec")), "unit 'parsec' must be defined in the Units of the file"),
+        (TWO + connections(connection("a.y", "z.u")), "the system must have an element 'z', has none"),
+        (TWO + connections(connection("a.nothing", "b.u")), "component 'a' must have a connector 'nothing', has none"),
+        (TWO + connections(connection("a.y", "a.count")), r"a\.y and a\.count both give a value"),
+        (TWO + connections(connection("a.y", "b.u"), connection("a.y", "b.u")),
+         r"input b\.u must have one source, has two: a\.y and a\.y"),
+        (TWO + connections(connection("a.y", "b.u", '<ssc:LinearTransformation factor="x"/>')),
+         "factor must be a number, got 'x'"),
+        (TWO + connections("<ssd:Connection startElement='a'/>"), "Connection: must have the attribute 'startConnector'"),
+        (bound("", source="resources/p.ssv") + TWO, r"ParameterBinding .*: file .*p\.ssv' must exist"),
+        (bound(value("a.u", "much")) + TWO, "Parameter 'a.u': value must be a number, got 'much'"),
+        (bound(value("a.u", 1, unit="parsec")) + TWO, "unit 'parsec' must be defined"),
+        (ssd(TWO).replace('version="1.0" name="test"', 'version="3.0" name="test"'), "must be of SSP 1.0 or 2.0, got '3.0'"),
+        (ssd(TWO).replace('startTime="0"', 'startTime="2"'), "startTime must be 0"),
+        (ssd(TWO)[:-9], "must be well-formed XML"),
+    ],
+)  # fmt: skip
+def test_files_that_are_wrong_are_refused_with_file_element_and_rule(ssp: Ssp, inside: str, words: str) -> None:
+    with pytest.raises(ValueError, match=words) as caught:
+        ssp(inside)
+    assert "x.ssp" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("inside", "words"),
+    [
+        (elements(component("a", "output u")), r"connector a\.u must be an input as in the FMU, the system file says output"),
+        (elements(component("a", "input nothing")), r"unknown input of 'a' \(.*x\.ssp#resources/mixed\.fmu\): 'nothing'"),
+        (elements(component("a", "output y Integer")), r"connector a\.y must be a real as in the FMU, .* says Integer"),
+        (elements(component("a", "output y Real pound")), r"connector a\.y must have a unit that fits 'furlong', .* 'pound'"),
+        (elements(component("a", "output y"), component("b", "input add")) + connections(connection("a.y", "b.add")),
+         r"types must fit: a\.y is a real, b\.add an integer"),
+        (elements(component("a", "output mode_out"), component("b", "input on")) + connections(connection("a.mode_out", "b.on")),
+         r"types must fit: a\.mode_out is an enumeration, b\.on a boolean"),
+        (elements(component("a", "output count"), component("b", "input add"))
+         + connections(connection("a.count", "b.add", '<ssc:LinearTransformation factor="2"/>')),
+         r"must be of a real, a\.count is an integer"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_the_fmus_is_refused(ssp: Ssp, inside: str, words: str) -> None:
+    with pytest.raises(WiringError if "unknown" not in words else ValueError, match=words):
+        simulate(ssp(inside))
+
+
+def test_archives_that_are_wrong_are_refused_and_nothing_lands_outside(tmp_path: Path) -> None:
+    text = tmp_path / "text.ssp"
+    text.write_text("no zip")
+    empty, outside, bomb = (tmp_path / f"{name}.ssp" for name in ("empty", "outside", "bomb"))
+    entity = '<!DOCTYPE x [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><x>&b;</x>'
+    for file, member, content in (
+        (empty, "readme.txt", ""), (outside, "../../out.txt", "x"), (bomb, "SystemStructure.ssd", entity),
+    ):  # fmt: skip
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr(member, content)
+    for file, words in (
+        (text, "must be a zip archive"), (empty, "must hold SystemStructure.ssd"), (outside, "must lie inside the archive"),
+        (bomb, "must have no document type declaration"), (tmp_path / "none.ssp", "must exist"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=words) as caught:
+            system(str(file))
+        assert file.name in str(caught.value)
+    assert not (tmp_path.parent / "out.txt").exists()
+    assert not (tmp_path.parent.parent / "out.txt").exists()
+
+
+# ---- pack and info
+
+
+def schema(name: str) -> etree.XMLSchema:
+    """SSP's own schema, which FMPy ships."""
+    (place,) = importlib.util.find_spec("fmpy").submodule_search_locations  # type: ignore[union-attr]
+    return etree.XMLSchema(file=str(Path(place) / "ssp" / "schema" / f"{name}.xsd"))
+
+
+def packable(folder: Path) -> System:
+    """Every type, units that only an FMU knows, a transformation and a table between them."""
+    m, a = str(small_fmus.mixed(folder)), str(small_fmus.arrays(folder))
+    return System(
+        "all kinds",
+        (
+            Part("m", m, {"u": "100 m", "mode": "fast", "on": False, "text": "x < y", "add": 3}),
+            Part("a", a, {"gain": "1 2 3", "blob": b"\x00\x01", "label": ("p", "q")}),
+            Part("n", m),
+        ),
+        (
+            Connection(("m", "y"), ("a", "u[3]"), (Hop(factor=2.0, offset=1.0),)),
+            Connection(("m", "on_out"), ("n", "on"), (Hop(table=((0.0, 1.0), (1.0, 0.0))),)),
+            Connection(("n", "count"), ("a", "tiny")),
+        ),
+        step=0.01, stop=0.1,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("make", [lambda folder: system("wheel-pair"), lambda folder: oscillators.pair(cubic=3.0), packable])
+def test_a_packed_system_keeps_the_schema_and_runs_alike(make: Callable[[Path], System], tmp_path: Path) -> None:
+    plan = make(tmp_path)
+    file = pack(plan, tmp_path / "packed.ssp")
+    with zipfile.ZipFile(file) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    for name, data in members.items():
+        if name.endswith((".ssd", ".ssv")):
+            kind = "SystemStructureDescription" if name.endswith(".ssd") else "SystemStructureParameterValues"
+            schema(kind).assertValid(etree.fromstring(data))
+    again = system(str(file))
+    assert (again.name, again.step, again.stop, again.bonds) == (plan.name, plan.step, plan.stop, plan.bonds)
+    runs = [simulate(p, step=0.01, stop=0.1, algorithm=Jacobi(1)).trajectory for p in (plan, again)]
+    assert runs[0].names == runs[1].names
+    np.testing.assert_allclose(runs[0].values, runs[1].values, rtol=1e-13, atol=1e-15)  # values went through text and units
+    assert pack(plan, tmp_path / "again.ssp").read_bytes() == file.read_bytes()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_another_importer_runs_a_packed_system(tmp_path: Path) -> None:
+    """FMPy's: all components side by side, inputs held, everything zero before the first step, as here with Jacobi(0)."""
+    from fmpy.ssp.simulation import simulate_ssp
+    from fmpy.ssp.ssd import read_ssv
+
+    plan = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
+    file = pack(plan, tmp_path / "wheel-pair.ssp")
+    values = tmp_path / "values.ssv"
+    with zipfile.ZipFile(file) as archive:
+        values.write_bytes(archive.read("resources/wheel-pair.ssv"))
+    h, n = 2.0**-10, 300  # a step that adds up exactly
+    rows = simulate_ssp(str(file), stop_time=n * h, step_size=h, parameter_set=read_ssv(str(values)))
+    mine = simulate(plan, step=h, stop=n * h, algorithm=Jacobi(0)).trajectory
+    for name in ("vehicle.yaw_angle", "gyro.gimbal_angle"):
+        assert rows[name][-1] == pytest.approx(mine[name][-1], rel=1e-12)
+    assert abs(rows["gyro.gimbal_angle"][-1]) > 1e-3
+
+
+def test_the_command_line_packs_runs_and_describes(
+    cosim: Callable[..., Any], cosim_json: Callable[..., Any], tmp_path: Path
+) -> None:
+    code, out, err = cosim("pack", "wheel-pair", "--set", "gyro.rotor_speed=200rpm", "-o", "mine.ssp")
+    assert (code, out) == (0, "wrote mine.ssp\n"), err
+    packed = cosim_json("run", "mine.ssp", "--stop", "0.2")
+    built_in = cosim_json("run", "wheel-pair", "--set", "gyro.rotor_speed=200rpm", "--stop", "0.2")
+    assert packed["end"] == built_in["end"]
+    found = cosim_json("info", "mine.ssp")
+    assert {(w["from"], w["to"]) for w in found["connections"]} == {
+        ("vehicle.yaw_rate", "gyro.yaw_rate"), ("gyro.yaw_moment", "vehicle.yaw_moment"),
+    }  # fmt: skip
+    assert found["bonds"] == ["vehicle.yaw_rate x gyro.yaw_moment"]
+    assert found["loops"] == []
+    assert float(found["components"][1]["values"]["rotor_speed"]) == pytest.approx(200 * 2 * np.pi / 60)
+    code, out, err = cosim("info", "mine.ssp")
+    assert "power bond: vehicle.yaw_rate x gyro.yaw_moment" in out
+    assert "gyro.yaw_moment [N.m]" in out
+    assert cosim("pack", "wheel-pair", "-o", "mine.zip")[0] == 2
+
+
+def test_info_spells_out_algebraic_loops(cosim_json: Callable[..., Any], ssp: Ssp, tmp_path: Path) -> None:
+    gain = f"{oscillators.HERE}:crossed"
+    ring = System("ring", (Part("a", gain, {"gain": 0.5}), Part("b", gain, {"gain": 0.5})),
+                  (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))))  # fmt: skip
+    pack(ring, tmp_path / "ring.ssp")
+    (loop,) = cosim_json("info", str(tmp_path / "ring.ssp"))["loops"]
+    assert loop in ("a.y -> b.y -> a.y", "b.y -> a.y -> b.y")
+
+
+def test_info_describes_an_fmu(cosim: Callable[..., Any], cosim_json: Callable[..., Any], tmp_path: Path) -> None:
+    (file,) = catalogue.export("gyro_unit:linear", tmp_path, fmi=("3",))
+    found = cosim_json("info", str(file))
+    assert found["fmi"] == "3.0"
+    assert found["interfaces"]["CoSimulation"]["providesIntermediateUpdate"] == "true"
+    assert {"name": "yaw_rate", "causality": "input", "unit": "rad/s"}.items() <= next(
+        v for v in found["variables"] if v["name"] == "yaw_rate"
+    ).items()
+    assert {"output": "pitch_moment", "inputs": ["pitch_rate"]} in found["direct_feedthrough"]
+    code, out, _ = cosim("info", str(small_fmus.arrays(tmp_path)))
+    assert code == 0
+    assert "Float64[3]" in out
+    code, _, err = cosim("info", str(tmp_path / "none.fmu"))
+    assert code == 2
+    assert "none.fmu' must exist" in err
