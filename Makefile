@@ -12,7 +12,7 @@ DEVELOP := .venv/.develop
 
 run: $(READY)
 	@mkdir -p results
-	$(BIN)/cosim run wheel-pair --gyro linear --set gyro.rotor_speed=200rpm --step 1ms --stop 60 --output results/wheel-pair.csv --plot results/wheel-pair.png
+	$(BIN)/cosim run lrt-curve --set vehicle.speed=8 --gyro nonlinear --set gyro.rotor_speed=2000rpm --record-every 10 --output results/lrt-curve.csv --plot results/lrt-curve.png
 
 test: $(DEVELOP)
 	$(BIN)/python -m pytest -q

@@ -23,6 +23,10 @@ VARIANT = next(text for kind, text in BLOCKS if kind == "python" and text.starts
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> None:
     Path("my_gyro.py").write_text(VARIANT)
+    for name in re.findall(r"[\w.]+\.(?:fmu|ssp)", command):  # what an earlier command of the README has made
+        making = [c for c in COMMANDS if c.split()[1] in ("export", "pack") and name.split(".")[0] in c and c != command]
+        if making and " -o " not in command:
+            assert cosim(*shlex.split(making[0])[1:])[0] == 0
     code, out, err = cosim(*shlex.split(command)[1:])
     assert code == 0, err
     assert out
@@ -54,16 +58,21 @@ def test_the_table_of_signals_is_that_of_the_components() -> None:
 
 
 def test_what_make_run_prints_is_what_the_readme_shows(cosim: Callable[..., Any]) -> None:
-    """The numbers shown, digit for digit but for times."""
+    """Line by line, but for times and for numbers that flange contact makes chaotic."""
     makefile = (Path(__file__).parent.parent / "Makefile").read_text()
     command = re.search(r"^\t\S*/cosim (run .*)$", makefile, flags=re.MULTILINE)
     assert command is not None
     Path("results").mkdir()
-    _, out, _ = cosim(*shlex.split(command[1]))
+    code, out, err = cosim(*shlex.split(command[1]))
+    assert code == 0, err
     shown = next(text for kind, text in BLOCKS if kind == "text")
+    printed = [line.split()[:4] if line.startswith(("took", "largest")) else line.split() for line in out.splitlines()]
     for line in shown.splitlines():
-        if line and not line.startswith(("took", "...", "at the end")):
-            assert line.split() in [printed.split() for printed in out.splitlines()]
+        if line != "...":
+            if line.startswith("took"):
+                assert any(words[:1] == ["took"] for words in printed)
+            else:
+                assert (line.split()[:4] if line.startswith("largest") else line.split()) in printed
 
 
 @pytest.mark.parametrize("file", re.findall(r"\]\(((?!http)[^)#]+)\)", README))

@@ -123,3 +123,17 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
         simulate(PAIR, step=1e-3, stop=1.0, options=Options(resume=Resume(tmp_path / "gone.npz")))
     with pytest.raises(ValueError, match="time between checkpoints must be positive"):
         Checkpoint(file, every=0.0)
+
+
+def test_trajectories_become_frames_and_datasets() -> None:
+    """Where pandas and xarray are installed."""
+    trajectory = simulate(PAIR, step=0.01, stop=0.1, in_process=True).trajectory
+    frame = pytest.importorskip("pandas") and trajectory.to_pandas()
+    assert list(frame.columns) == list(trajectory.names)
+    assert frame.index.name == "time"
+    assert frame.attrs["units"]["vehicle.yaw_angle"] == "rad"
+    np.testing.assert_array_equal(frame["vehicle.yaw_angle"].to_numpy(), trajectory["vehicle.yaw_angle"])
+    pytest.importorskip("xarray")
+    dataset = trajectory.to_xarray()
+    assert dataset["vehicle.yaw_rate"].attrs["units"] == "rad/s"
+    np.testing.assert_array_equal(dataset["vehicle.yaw_rate"].sel(time=0.0), trajectory["vehicle.yaw_rate"][0])

@@ -88,11 +88,13 @@ def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "
         ax.legend(fontsize=7, ncols=4, loc="upper right")
         ax.margins(x=0)
     ratio = axes[-1, 0]
+    low, high = (np.clip(limit, -3.0, 3.0) for limit in ratio.get_ylim())
+    ratio.set_ylim(low, max(high, 1.1))
     for sign in (-1, 1):
-        ratio.axhline(sign * LIMIT, color="0.3", linewidth=0.8, linestyle=":")
-    high = max(1.2, 1.1 * min(3.0, max(abs(y) for y in ratio.get_ylim())))
-    ratio.set_ylim(-high, high)
-    ratio.annotate(f"EN 14363 limit of the filtered value {LIMIT:g}", (distance[0], LIMIT), fontsize=7, color="0.3", va="bottom")
+        if low < sign * LIMIT:
+            ratio.axhline(sign * LIMIT, color="0.3", linewidth=0.8, linestyle=":")
+    words = {"fontsize": 7, "color": "0.3", "va": "bottom", "ha": "right", "backgroundcolor": (1, 1, 1, 0.6)}
+    ratio.annotate(f"EN 14363 limit of the filtered value: {LIMIT:g}", (distance[-1], LIMIT), **words)
     ratio.set_xlabel("distance along the track [m]")
     made.align_ylabels()
     made.suptitle(f"{title}\n{assessment.verdict.text}", fontsize=10)

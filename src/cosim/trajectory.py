@@ -3,6 +3,7 @@
 import csv
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +33,21 @@ class Trajectory:
     def end(self) -> dict[str, float]:
         """The values at the last point."""
         return dict(zip(self.names, self.values[-1].tolist(), strict=True)) if len(self) else {}
+
+    def to_pandas(self) -> Any:
+        """A pandas DataFrame over `time`, one column a signal, units in its `attrs`; needs pandas installed."""
+        import pandas
+
+        frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="time"), columns=list(self.names))
+        frame.attrs["units"] = dict(zip(self.names, self.units, strict=True))
+        return frame
+
+    def to_xarray(self) -> Any:
+        """An xarray Dataset over `time`, one variable a signal, each with its `units`; needs xarray installed."""
+        import xarray
+
+        signals = {name: ("time", self.values[:, k], {"units": self.units[k]}) for k, name in enumerate(self.names)}
+        return xarray.Dataset(signals, coords={"time": ("time", self.t, {"units": "s"})})
 
     def save(self, file: str | Path) -> None:
         """Write a .csv (header `time`, then `component.variable`) or a .mat (the layout that Modelica tools read)."""

@@ -1,16 +1,11 @@
-"""The paper's figures and claims, recomputed. First part: the wheel pair, figures 2 to 4, claims C1 to C4.
+"""The paper's first part: the wheel pair, figures 2 to 4, claims C1 to C4, and a map of damping beyond the paper."""
 
-Prateek et al., Running performance improvement of a railway vehicle with independently rotating wheels by using
-gyroscopic dampers. What it states is quoted in the claims; every verdict is computed from our own numbers.
-"""
-
-import json
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from cosim import figures, report
+from cosim import figures
 from cosim.coupling import Jacobi
 from cosim.master import simulate
 from cosim.report import Claim
@@ -33,9 +28,8 @@ AT_REST = 0.02  # at rest: below this part of the largest value, to the end of t
 
 
 def reproduce(folder: Path, *, progress: Callable[[float, float], None] | None = None) -> tuple[list[Claim], list[Path]]:
-    """Draw the figures into `folder`, write ledger.md and ledger.json there; returns the claims and the files."""
+    """Draw figures 2 to 4 and the damping map into `folder`; returns the claims C1 to C4 and the files."""
     pair = named_system("wheel-pair")
-    folder.mkdir(parents=True, exist_ok=True)
     jobs = (_figure_2, _figure_3, _figure_4, _damping_map)
     claims: list[Claim] = []
     files: list[Path] = []
@@ -45,11 +39,7 @@ def reproduce(folder: Path, *, progress: Callable[[float, float], None] | None =
         found, file = job(pair, folder)
         claims += found
         files.append(file)
-    ledger = folder / "ledger.md"
-    ledger.write_text(report.markdown(claims, "Claims of the paper, recomputed"), encoding="utf-8")
-    data = folder / "ledger.json"
-    data.write_text(json.dumps({"claims": report.document(claims)}, indent=1) + "\n", encoding="utf-8")
-    return claims, [*files, ledger, data]
+    return claims, files
 
 
 def _figure_2(pair: System, folder: Path) -> tuple[list[Claim], Path]:
