@@ -16,7 +16,8 @@ import pytest
 from component import Component
 from vehicle import car_body, wheel_frame
 from vehicle.alignment import Alignment
-from vehicle.lrt import frame_mass, lrt
+from vehicle.lrt import lrt
+from vehicle.running_gear import frame_mass
 from vehicle.wheel_frame import FrameState
 
 KAPPA, CANT, GRADE = 2e-3, -4e-3, 3e-3  # slopes per metre, from s = 0 on
