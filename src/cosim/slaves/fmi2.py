@@ -11,16 +11,10 @@ from cosim.errors import SlaveError
 from cosim.slaves.base import RawFmi2, Value
 from cosim.slaves.description import Row
 from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
-from cosim.slaves.library import Library, formatting_proxy
+from cosim.slaves.library import Library
+from cosim.slaves.opened import Callbacks2
 
-_LOGGER = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status
-
-
-class _Callbacks(ctypes.Structure):
-    _fields_ = (
-        ("logger", _LOGGER), ("allocate", POINTER), ("free", POINTER), ("step_finished", POINTER), ("environment", POINTER),
-    )  # fmt: skip
 
 
 class Fmi2Slave(FmuSlave):
@@ -59,29 +53,20 @@ class Fmi2Slave(FmuSlave):
             )
         self._callbacks = self._make_callbacks()
 
-    def _make_callbacks(self) -> _Callbacks:
-        """Kept as long as the FMU: it holds bare pointers to them."""
+    def _make_callbacks(self) -> Callbacks2:
+        """Kept as long as the FMU, which holds a bare pointer to them."""
         memory = ctypes.cdll.msvcrt if sys.platform == "win32" else ctypes.CDLL(None)
-
-        def logger(environment: Any, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-            self.log.add(status, category, message)
-
-        self._logger = _LOGGER(logger)
         address = [ctypes.cast(function, POINTER) for function in (memory.calloc, memory.free)]
-        callbacks = _Callbacks(self._logger, *address, None, None)
-        proxy = formatting_proxy(self._folder)
-        if proxy is not None:
-            proxy(ctypes.byref(callbacks))
-        return callbacks
+        return Callbacks2(self._opened.logger_2(), *address, None, id(self))
 
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
-        assert self._library is not None
         pointer = buffer.ctypes.data_as(POINTER)
-        get, set_ = (self._library.function(f"fmi2{d}{suffix}", POINTER, REFERENCES, SIZE, POINTER) for d in ("Get", "Set"))
+        function = self._opened.library.function
+        get, set_ = (function(f"fmi2{d}{suffix}", POINTER, REFERENCES, SIZE, POINTER) for d in ("Get", "Set"))
         return lambda instance: get(instance, references, n, pointer), lambda instance: set_(instance, references, n, pointer)
 
     def _instantiate(self) -> Any:
-        resources = (self._folder / "resources").as_uri().encode()
+        resources = (self._opened.folder / "resources").as_uri().encode()
         return self._instantiate_call(
             self.name.encode(), 1, self.description.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
         )
@@ -94,8 +79,7 @@ class Fmi2Slave(FmuSlave):
         self.raw = self._raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
-        assert self._library is not None
-        set_ = self._library.function("fmi2SetString", POINTER, REFERENCES, SIZE, POINTER)
+        set_ = self._opened.library.function("fmi2SetString", POINTER, REFERENCES, SIZE, POINTER)
         texts = (ctypes.c_char_p * 1)(str(values[0]).encode())
         status = set_(self._instance, (ctypes.c_uint * 1)(row.reference), 1, texts)
         self.check(status, f"fmi2SetString of {row.name!r}", 0.0, 0.0)
@@ -119,11 +103,10 @@ class Fmi2Slave(FmuSlave):
     def _step_failed(self, status: int, t: float, h: float) -> None:
         """With discard, the FMU may say how far it came and whether it wants the run to end."""
         if status == 2:
-            assert self._library is not None
             kind, pointer = ctypes.c_int, ctypes.c_void_p
             reached, ended = ctypes.c_double(t), ctypes.c_int(0)
-            real = self._library.function("fmi2GetRealStatus", POINTER, kind, pointer)
-            boolean = self._library.function("fmi2GetBooleanStatus", POINTER, kind, pointer)
+            real = self._opened.library.function("fmi2GetRealStatus", POINTER, kind, pointer)
+            boolean = self._opened.library.function("fmi2GetBooleanStatus", POINTER, kind, pointer)
             told = real(self._instance, _LAST_SUCCESSFUL_TIME, ctypes.byref(reached)) == 0
             wants = boolean(self._instance, _TERMINATED, ctypes.byref(ended)) == 0 and ended.value
             how = f", having reached t = {reached.value:.9g} s" if told else ""
@@ -156,10 +139,9 @@ class Fmi2Slave(FmuSlave):
             return None
         if self.input_degree and self._n_smooth != self._u.size:
             return None
-        assert self._library is not None
 
         def address(name: str) -> int:
-            return ctypes.cast(self._library.function(name), POINTER).value or 0  # type: ignore[union-attr]
+            return ctypes.cast(self._opened.library.function(name), POINTER).value or 0
 
         def references(groups: Sequence[Any]) -> np.ndarray:
             return np.array([row.reference for group in groups for row in group.rows], dtype=np.uint32)

@@ -76,14 +76,13 @@ class Fmi3Slave(FmuSlave):
                 self._update_status = status
 
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
-        assert self._library is not None
         pointer, size = buffer.ctypes.data_as(POINTER), buffer.size
         kinds = (POINTER, REFERENCES, SIZE, POINTER, SIZE)
-        get, set_ = (self._library.function(f"fmi3{direction}{suffix}", *kinds) for direction in ("Get", "Set"))
+        get, set_ = (self._opened.library.function(f"fmi3{direction}{suffix}", *kinds) for direction in ("Get", "Set"))
         return lambda it: get(it, references, n, pointer, size), lambda it: set_(it, references, n, pointer, size)
 
     def _instantiate(self) -> Any:
-        resources = f"{self._folder / 'resources'}{os.sep}".encode()
+        resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
         return self._instantiate_call(
             self.name.encode(), self.description.token.encode(), resources, False, True, False, False,
             self._asked_refs, len(self._asked), None, self._log, self._update if self._asked else None,
@@ -94,17 +93,16 @@ class Fmi3Slave(FmuSlave):
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
-        assert self._library is not None
         reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
         if row.type == "String":
             texts = (ctypes.c_char_p * n)(*(str(value).encode() for value in values))
-            set_ = self._library.function("fmi3SetString", POINTER, REFERENCES, SIZE, POINTER, SIZE)
+            set_ = self._opened.library.function("fmi3SetString", POINTER, REFERENCES, SIZE, POINTER, SIZE)
             status = set_(self._instance, reference, 1, texts, n)
         else:
             blocks = [value if isinstance(value, bytes) else b"" for value in values]
             sizes = (SIZE * n)(*map(len, blocks))
             data = (ctypes.c_char_p * n)(*blocks)
-            set_ = self._library.function("fmi3SetBinary", POINTER, REFERENCES, SIZE, POINTER, POINTER, SIZE)
+            set_ = self._opened.library.function("fmi3SetBinary", POINTER, REFERENCES, SIZE, POINTER, POINTER, SIZE)
             status = set_(self._instance, reference, 1, sizes, data, n)
         self.check(status, f"fmi3Set{row.type} of {row.name!r}", 0.0, 0.0)
 

@@ -5,21 +5,18 @@ The run calls the FMU's functions directly, on arrays that are bound once.
 
 import ctypes
 import math
-import shutil
-import tempfile
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from cosim import archive
 from cosim.errors import SlaveError
 from cosim.slaves.base import Slave, StateSpace, Value
-from cosim.slaves.description import Description, Row
+from cosim.slaves.description import Row
 from cosim.slaves.library import STATUS, Library, Log
+from cosim.slaves.opened import OpenedFmu
 from cosim.slaves.variables import carried, interface, names, read
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
@@ -40,7 +37,7 @@ class Group:
 
 
 class FmuSlave(Slave):
-    """Opens an FMU in a temporary folder that close() removes; initialize() instantiates it anew.
+    """Runs an FMU that is open already, and releases it in close(); initialize() instantiates it anew.
 
     _told : highest order of input derivatives that the FMU has heard of.
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
@@ -50,21 +47,17 @@ class FmuSlave(Slave):
     prefix: ClassVar[str]
     state: ClassVar[str]
 
-    def __init__(self, name: str, location: str, description: Description) -> None:
-        self.name, self._location, self.description = name, location, description
+    def __init__(self, name: str, opened: OpenedFmu) -> None:
+        self.name, self._opened, self.description = name, opened, opened.description
         self.log = Log()
+        opened.logs[id(self)] = self.log
         self._instance: Any = None
         self._running = self._dead = False
-        self._folder = Path(tempfile.mkdtemp(prefix="cosim-"))
-        self._library: Library | None = None
+        self._closed = False
         try:
-            with archive.opened(location) as members:
-                archive.unpack(members, self._folder, ("binaries/", "resources/", "modelDescription.xml"))
-            identifier = description.interfaces["CoSimulation"]["modelIdentifier"]
-            self._library = Library(self._folder, description.version, identifier, f"FMU {location!r}")
             self._describe()
             self._bind()
-            self._bind_version(self._library)
+            self._bind_version(opened.library)
         except BaseException:
             self.close()
             raise
@@ -135,8 +128,7 @@ class FmuSlave(Slave):
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""
-        assert self._library is not None
-        function, prefix, state = self._library.function, self.prefix, self.state
+        function, prefix, state = self._opened.library.function, self.prefix, self.state
         self._terminate = function(f"{prefix}Terminate", POINTER)
         self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
         if self.can_restore:
@@ -279,7 +271,7 @@ class FmuSlave(Slave):
 
     def _must_serialize(self) -> None:
         if not self.can_serialize:
-            raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {self._location!r} cannot")
+            raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {self._opened.location!r} cannot")
 
     # ---- failure and the end
 
@@ -293,10 +285,10 @@ class FmuSlave(Slave):
 
     def close(self) -> None:
         self._free_instance()
-        if self._library is not None:
-            self._library.close()
-            self._library = None
-        shutil.rmtree(self._folder, ignore_errors=True)
+        if not self._closed:
+            self._closed = True
+            self._opened.logs.pop(id(self), None)
+            self._opened.release()
 
     def _free_instance(self) -> None:
         self.raw = None

@@ -1,0 +1,99 @@
+"""An FMU unpacked and loaded once, for all slaves of a network that run the same file."""
+
+import ctypes
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from cosim import archive, catalogue
+from cosim.slaves.description import MEMBER, Description, read
+from cosim.slaves.library import Library, Log, formatting_proxy
+
+LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+
+
+class Callbacks2(ctypes.Structure):
+    """fmi2CallbackFunctions."""
+
+    _fields_ = (
+        ("logger", LOGGER_2), ("allocate", ctypes.c_void_p), ("free", ctypes.c_void_p), ("step_finished", ctypes.c_void_p),
+        ("environment", ctypes.c_void_p),
+    )  # fmt: skip
+
+
+class OpenedFmu:
+    """The FMU at `location` in a temporary folder, which goes when the last slave has released it.
+
+    logs : log of each slave that listens, by the number that it gives its FMU as environment.
+    """
+
+    def __init__(self, location: str) -> None:
+        self.location, self.users = location, 0
+        self.description: Description = read(location)
+        self.logs: dict[int, Log] = {}
+        self.folder = Path(tempfile.mkdtemp(prefix="cosim-"))
+        self._formatted: Any = None
+        self._kept: list[Any] = []
+        try:
+            with archive.opened(location) as members:
+                archive.unpack(members, self.folder, ("binaries/", "resources/", MEMBER))
+            identifier = self.description.interfaces["CoSimulation"]["modelIdentifier"]
+            self.library = Library(self.folder, self.description.version, identifier, f"FMU {location!r}")
+        except BaseException:
+            shutil.rmtree(self.folder, ignore_errors=True)
+            raise
+
+    @property
+    def shareable(self) -> bool:
+        """Whether a second slave may run on the same copy."""
+        return not self.description.can("canBeInstantiatedOnlyOncePerProcess")
+
+    def take(self) -> "OpenedFmu":
+        """For a slave that will release it."""
+        self.users += 1
+        return self
+
+    def release(self) -> None:
+        """A slave needs it no longer."""
+        self.users -= 1
+        if self.users == 0:
+            self.library.close()
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def logger_2(self) -> Any:
+        """The address of an FMI 2.0 logger that formats messages and hands them to the slave that listens."""
+        if self._formatted is None:
+            logger = LOGGER_2(self._on_message)
+            callbacks = Callbacks2(logger)
+            proxy = formatting_proxy(self.folder)
+            if proxy is not None:
+                proxy(ctypes.byref(callbacks))
+            self._kept = [logger, callbacks, proxy]
+            self._formatted = ctypes.cast(callbacks.logger, ctypes.c_void_p).value
+        return LOGGER_2(self._formatted)
+
+    def _on_message(self, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
+        for log in [self.logs[environment or 0]] if (environment or 0) in self.logs else list(self.logs.values()):
+            log.add(status, category, message)
+
+
+class Shelf:
+    """The FMUs that a network has opened; one for each file, but for those that refuse a second instance."""
+
+    def __init__(self) -> None:
+        self._opened: dict[str, OpenedFmu] = {}
+        self._locations: dict[str, str] = {}
+
+    def location(self, source: str) -> str:
+        """Where the FMU of a source is, built if need be."""
+        if source not in self._locations:
+            self._locations[source] = source if source.endswith(".fmu") else str(catalogue.fmu(source))
+        return self._locations[source]
+
+    def take(self, location: str) -> OpenedFmu:
+        """The FMU at `location`, for a slave that will release it."""
+        found = self._opened.get(location)
+        if found is None or found.users == 0 or not found.shareable:
+            found = self._opened[location] = OpenedFmu(location)
+        return found.take()
