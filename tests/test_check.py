@@ -166,7 +166,10 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
 }
 
 
-@pytest.mark.parametrize("case", MUTANTS_OF_CODE)
+FAST = ("directional derivatives of the wrong sign", "restore forgets the state", "crash in a step")
+
+
+@pytest.mark.parametrize("case", [c if c in FAST else pytest.param(c, marks=pytest.mark.slow) for c in MUTANTS_OF_CODE])
 def test_faults_of_the_binary_are_named_and_do_no_harm(changed: Callable[..., Path], case: str) -> None:
     """Wrong results, crashes and exits of the binary; the caller lives on to say so."""
     *mutation, rule = MUTANTS_OF_CODE[case]

@@ -16,7 +16,10 @@ from cosim import catalogue
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
-@pytest.mark.parametrize("name", COMPONENTS)
+@pytest.mark.parametrize(
+    "name",
+    [n if n in ("gyro_unit:nonlinear", "sampled", "gain") else pytest.param(n, marks=pytest.mark.slow) for n in COMPONENTS],
+)
 def test_validators_find_nothing(built: Callable, name: str, version: str) -> None:
     """FMPy's validation holds the schema, names, units, structure and legal combinations."""
     assert validate_fmu(str(built(name, version)[1])) == []

@@ -23,7 +23,10 @@ def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-@pytest.mark.parametrize("name", ["gyro_unit:nonlinear", "radau", "sampled"])
+SLOW = pytest.mark.slow
+
+
+@pytest.mark.parametrize("name", ["gyro_unit:nonlinear", *(pytest.param(n, marks=SLOW) for n in ("radau", "sampled"))])
 def test_exporting_twice_gives_identical_files(built: Callable, name: str, tmp_path: Path) -> None:
     """The component is made anew, in another folder."""
     first = [built(name, version)[1] for version in "23"]
@@ -97,7 +100,7 @@ def test_an_interrupted_write_leaves_the_old_file(built: Callable, tmp_path: Pat
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("version", ["2", "3"])
+@pytest.mark.parametrize("version", ["2", pytest.param("3", marks=SLOW)])
 def test_others_can_rebuild_from_the_sources_inside(built: Callable, version: str, tmp_path: Path) -> None:
     """What buildDescription.xml says, done with a plain C compiler call, gives the same results."""
     c, path, _ = built("plain", version)
