@@ -19,6 +19,7 @@ from cosim.response import Response, measure
 from cosim.slaves import open_slave
 from cosim.system import System
 from cosim.tolerance import Tolerances
+from cosim.trajectory import Trajectory
 from cosim.unit_energy import UnitEnergy, energies
 
 
@@ -102,12 +103,17 @@ def compare(
     reference = done[0]
     if reference.run is None or reference.failure:
         raise RunError(f"the reference {reference.label!r} failed: {reference.failure}")
-    others = tuple(f"{part.name}.*" for part in system.parts if part.name not in members)
-    limits = tolerances or Tolerances({pattern: {"rms": 0.05, "peak": 0.05} for pattern in others})
+    limits = tolerances or five_percent(system, family)
     if tolerances is not None:
         tolerances.check(reference.run.trajectory.names)
     judged = tuple(_judged(reference, candidate, limits) for candidate in done)
     return Comparison(system, family, judged, limits)
+
+
+def five_percent(system: System, family: str) -> Tolerances:
+    """The tolerances where none are given: 5 % of rms and peak on every signal of the components beside the family."""
+    others = [part.name for part in system.parts if part.name not in system.members(family)]
+    return Tolerances({f"{name}.*": {"rms": 0.05, "peak": 0.05} for name in others})
 
 
 def _plan(
@@ -216,8 +222,18 @@ def _judged(reference: Candidate, own: Candidate, tolerances: Tolerances) -> Can
     assert reference.run is not None
     if own.run is None or own.failure:
         return replace(own, violations=(own.failure,))
-    a, b = reference.run.trajectory, own.run.trajectory
-    found = {n: difference(a.t, a[n], b[n]) for n in a.names if n in b.names}
+    found, broken = judge(reference.run.trajectory, own.run.trajectory, tolerances)
+    if own is not reference and tolerances.created is not None:
+        for energy in own.energies:
+            if energy.share is not None and energy.share > tolerances.created:
+                share, limit = f"{energy.share:.3g}", f"{tolerances.created:g}"
+                broken.append(f"{energy.unit}: creates {share} of the energy that crosses, beyond {limit}")
+    return replace(own, differences=found, violations=() if own is reference else tuple(broken))
+
+
+def judge(reference: Trajectory, own: Trajectory, tolerances: Tolerances) -> tuple[dict[str, Difference], list[str]]:
+    """The differences of every signal that both have, and in words which of them are beyond the tolerances."""
+    found = {n: difference(reference.t, reference[n], own[n]) for n in reference.names if n in own.names}
     broken = []
     for name, d in found.items():
         limits = tolerances.limits(name)
@@ -225,9 +241,4 @@ def _judged(reference: Candidate, own: Candidate, tolerances: Tolerances) -> Can
             if key in limits and not value <= limits[key]:
                 unit_of = " s" if key == "shift" else ""
                 broken.append(f"{name}: {key} {value:.3g}{unit_of} beyond {limits[key]:g}{unit_of}")
-    if own is not reference and tolerances.created is not None:
-        for energy in own.energies:
-            if energy.share is not None and energy.share > tolerances.created:
-                share, limit = f"{energy.share:.3g}", f"{tolerances.created:g}"
-                broken.append(f"{energy.unit}: creates {share} of the energy that crosses, beyond {limit}")
-    return replace(own, differences=found, violations=() if own is reference else tuple(broken))
+    return found, broken

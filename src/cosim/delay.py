@@ -1,0 +1,234 @@
+"""How much delay can a unit's answer have? The largest loop delay that leaves the system stable, or within tolerances.
+
+Two ways that must agree: the eigenvalues (or the course) of the sampled, delayed, linearised system of cosim.sampled, exact
+for a linear system under Jacobi; and bisection on runs, which take any component, algorithm and compensator. In a loop only
+the sum of the delays there and back counts for stability, so the delay is put on the way back.
+
+A run is unstable where the motion at the power bonds grows: its rms over the last third of the run is larger than over the
+second.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from cosim.compare import judge
+from cosim.compensation import Compensator, Uncompensated
+from cosim.coupling import Algorithm, Jacobi
+from cosim.errors import RunError
+from cosim.master import Run, macro_steps, open_network, run
+from cosim.network import Network
+from cosim.sampled import Model, linearise
+from cosim.slaves import Slave, open_slave
+from cosim.slaves.interface import Interface
+from cosim.system import System
+from cosim.tolerance import Tolerances
+from cosim.trajectory import Trajectory
+
+Progress = Callable[[float, float], None]
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """What stands at the receiving end. model : the variant that predicts (empty: none); passive : a passivity controller."""
+
+    compensator: Compensator = field(default_factory=Uncompensated)
+    model: str = ""
+    passive: bool = False
+
+    @property
+    def name(self) -> str:
+        """As the command line writes it."""
+        parts = [self.compensator.name] * (self.compensator.name != "none")
+        parts += [f"model:{self.model}"] * bool(self.model) + ["passivity"] * self.passive
+        return "+".join(parts) or "none"
+
+    @property
+    def linear(self) -> bool:
+        """Whether the eigenvalues can tell."""
+        return not self.model and not self.passive
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is asked: `family` of `system` behind a delay, with macro step `step` (s), runs to `stop` (s).
+
+    longest : the longest delay looked at (s). resolution : of the answer, relative.
+    """
+
+    system: System
+    step: float
+    stop: float
+    family: str = "gyro"
+    algorithm: Algorithm = field(default_factory=Jacobi)
+    remedy: Remedy = field(default_factory=Remedy)
+    in_process: bool = True
+    longest: float = 0.5
+    resolution: float = 0.01
+
+    def __post_init__(self) -> None:
+        macro_steps(self.step, self.stop)
+        if not self.longest >= self.step:
+            raise ValueError(f"the longest delay must be at least the macro step of {self.step:g} s, got {self.longest:g} s")
+
+
+@dataclass(frozen=True)
+class Margin:
+    """The largest delay (s) that is still good; None where even none is good, `longest` where all that were tried are."""
+
+    delay: float | None
+    tried: int
+
+
+def largest(good: Callable[[float], bool], setting: Setting, progress: Progress | None = None) -> Margin:
+    """The largest delay up to the first that is not good: a geometric grid finds it, bisection refines it."""
+    grid = [0.0, *np.geomspace(setting.step / 2, setting.longest, 16)]
+    below, above, tried = None, None, 0
+    steps = int(np.ceil(np.log2(grid[2] / grid[1] / setting.resolution)))
+    for d in grid:
+        tried += 1
+        if progress is not None:
+            progress(tried, len(grid) + steps)
+        if not good(float(d)):
+            above = float(d)
+            break
+        below = float(d)
+    if below is None or above is None:
+        return Margin(below, tried)
+    while above - below > setting.resolution * above:
+        middle = (below + above) / 2
+        below, above = (middle, above) if good(middle) else (below, middle)
+        tried += 1
+    return Margin(below, tried)
+
+
+def by_eigenvalues(setting: Setting, model: Model | None = None) -> Margin:
+    """The largest stable delay from the eigenvalues of the macro step."""
+    degree, model = _degree(setting), model or linearise(setting.system, setting.family)
+
+    def stable(d: float) -> bool:
+        return model.radius(setting.remedy.compensator.taps(d / setting.step), degree, setting.step) < 1.0 + 1e-9
+
+    return largest(stable, setting)
+
+
+def by_runs(setting: Setting, progress: Progress | None = None) -> Margin:
+    """The largest stable delay from runs."""
+
+    def stable(d: float) -> bool:
+        try:
+            with delayed_network(setting, d) as network:
+                result = run(network, setting.algorithm, setting.step, setting.stop)
+                motions = [bond.motion for bond in network.bonds]
+        except RunError:
+            return False
+        w = result.trajectory.values[:, motions]
+        second, last = w[len(w) // 3 : 2 * len(w) // 3], w[2 * len(w) // 3 :]
+        return float((last**2).mean()) <= float((second**2).mean())
+
+    return largest(stable, setting, progress)
+
+
+def verdict_by_runs(setting: Setting, tolerances: Tolerances, progress: Progress | None = None) -> Margin:
+    """The largest delay whose run keeps the tolerances against the run without."""
+    reference = _run(setting, 0.0, plain=True).trajectory
+
+    def kept(d: float) -> bool:
+        try:
+            return not judge(reference, _run(setting, d).trajectory, tolerances)[1]
+        except RunError:
+            return False
+
+    return largest(kept, setting, progress)
+
+
+def verdict_by_model(setting: Setting, tolerances: Tolerances) -> Margin:
+    """The same from the course of the sampled linear system."""
+    degree, model = _degree(setting), linearise(setting.system, setting.family)
+    n = macro_steps(setting.step, setting.stop)
+
+    def course(compensator: Compensator, d: float) -> Trajectory:
+        with np.errstate(over="ignore", invalid="ignore"):
+            values = model.run(compensator.taps(d / setting.step), degree, setting.step, n)
+        return Trajectory(np.arange(n + 1) * setting.step, model.names, model.units, values)
+
+    reference = course(Uncompensated(), 0.0)
+
+    def kept(d: float) -> bool:
+        found = course(setting.remedy.compensator, d)
+        return bool(np.isfinite(found.values).all()) and not judge(reference, found, tolerances)[1]
+
+    return largest(kept, setting)
+
+
+def _degree(setting: Setting) -> int:
+    if setting.algorithm.name != "jacobi" or not setting.remedy.linear:
+        raise ValueError(
+            "eigenvalues need the algorithm jacobi and a linear compensator, "
+            f"got {setting.algorithm.name} and {setting.remedy.name}; runs take any"
+        )
+    return setting.algorithm.degree
+
+
+def _run(setting: Setting, delay: float, *, plain: bool = False) -> Run:
+    if plain:
+        setting = replace(setting, remedy=Remedy())
+    with delayed_network(setting, delay) as network:
+        return run(network, setting.algorithm, setting.step, setting.stop)
+
+
+def delayed_network(setting: Setting, delay: float) -> Network:
+    """The system's slaves with the units of the family behind their interfaces; close it after use."""
+    plain = open_network(setting.system, in_process=setting.in_process)
+    members = setting.system.members(setting.family)
+    slaves: list[Slave] = []
+    try:
+        for i, slave in enumerate(plain.slaves):
+            pairs = [(b.motion_input[1], b.effort - plain.slices[i].start) for b in plain.bonds if b.motion_input[0] == i]
+            if slave.name in members and pairs:
+                model = None
+                if setting.remedy.model:
+                    source = next(p.source for p in setting.system.with_source(setting.family, setting.remedy.model).parts
+                                  if p.name == slave.name)  # fmt: skip
+                    model = open_slave(slave.name, source, in_process=setting.in_process)
+                slave = Interface(
+                    slave, pairs, step=setting.step, delay=delay, compensator=setting.remedy.compensator, model=model,
+                    passive=setting.remedy.passive,
+                )  # fmt: skip
+            slaves.append(slave)
+        return Network(setting.system, slaves)
+    except BaseException:
+        for slave in (*slaves, *plain.slaves[len(slaves) :]):
+            slave.close()
+        raise
+
+
+@dataclass(frozen=True, eq=False)
+class DelayMap:
+    """Largest stable delay (s), shape (len(steps), len(values)), over macro step (s) and a parameter; NaN: none is stable.
+
+    parameter : `component.parameter` with `values` in its unit.
+    """
+
+    parameter: str
+    values: np.ndarray
+    steps: np.ndarray
+    delay: np.ndarray
+    longest: float
+
+
+def delay_map(
+    setting: Setting, parameter: str, values: np.ndarray, steps: np.ndarray, progress: Progress | None = None
+) -> DelayMap:
+    """by_eigenvalues() over a grid."""
+    found = np.full((steps.size, values.size), np.nan)
+    for j, value in enumerate(values):
+        plan = setting.system.with_value(parameter, float(value))
+        model = linearise(plan, setting.family)
+        for i, step in enumerate(steps):
+            margin = by_eigenvalues(replace(setting, system=plan, step=float(step)), model)
+            found[i, j] = np.nan if margin.delay is None else margin.delay
+            if progress is not None:
+                progress(j * steps.size + i + 1, found.size)
+    return DelayMap(parameter, values, steps, found, setting.longest)

@@ -1,0 +1,114 @@
+"""A slave behind a delayed, perhaps compensated interface. What the filters mean stands in cosim.compensation."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cosim.compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
+from cosim.slaves.base import Slave, StateSpace
+
+
+class Interface(Slave):
+    """`slave`, whose efforts arrive `delay` (s) late; the other outputs (energies, angles) stay as they are.
+
+    pairs : (place in u of the motion, row of y of the effort) of each bond.
+    step : the macro step (s), to which the delay is related; a last, shorter step counts as a whole one.
+    model : another slave with the same signals, for model-based prediction; it gets the same inputs.
+    passive : whether a passivity controller stands at the end.
+    """
+
+    can_serialize = False
+    raw = None
+
+    def __init__(
+        self, slave: Slave, pairs: Sequence[tuple[int, int]], *, step: float, delay: float,
+        compensator: Compensator = Uncompensated(), model: Slave | None = None,  # noqa: B008 (frozen)
+        passive: bool = False,
+    ) -> None:  # fmt: skip
+        self._slave, self._model, self._step_length = slave, model, step
+        self._places, self._rows = (np.array([pair[k] for pair in pairs], dtype=int) for k in (0, 1))
+        self._taps = compensator.taps(delay / step)
+        self._plain = Uncompensated().taps(delay / step)  # the model's own answer is delayed as the unit's
+        self._passive = passive
+        self.name, self.inputs, self.outputs, self.settable = slave.name, slave.inputs, slave.outputs, slave.settable
+        self.excluded, self.input_degree = slave.excluded, slave.input_degree
+        self.can_restore = slave.can_restore and (model is None or model.can_restore)
+        self.feedthrough = slave.feedthrough.copy()
+        if delay_taps(delay / step)[0] == 0.0 and model is None:
+            self.feedthrough[self._rows] = False
+        if passive:
+            self.feedthrough[np.ix_(self._rows, self._places)] = True
+        if model is not None:
+            names = [signal.name for signal in model.outputs]
+            self._model_rows = np.array([names.index(slave.outputs[row].name) for row in self._rows], dtype=int)
+
+    def initialize(self, values: Mapping[str, Any], t: float, stop: float) -> None:
+        self._slave.initialize(values, t, stop)
+        if self._model is not None:
+            self._model.initialize({n: v for n, v in values.items() if n in self._model.settable}, t, stop)
+        self._filters: list[Filter] | None = None
+        self._controller = PassivityController()
+        self._now: tuple[list[np.ndarray], PassivityController] | None = None
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        y = self._slave.output(u, t)
+        signals = [y[self._rows]]
+        if self._model is not None:
+            signals.append(self._model.output(u, t)[self._model_rows])
+        if self._filters is None:
+            self._filters = [Filter(self._taps, signals[0]), *(Filter(self._plain, s) for s in signals[1:])]
+        w = self._filters[0].value(signals[0])
+        if self._model is not None:
+            w = w + signals[1] - self._filters[1].value(signals[1])
+        controller = self._controller
+        if self._passive:
+            w, controller = controller.corrected(u[self._places], w, self._step_length)
+        self._now = signals, controller
+        y[self._rows] = w
+        return y
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        if self._now is None or self._filters is None:
+            self.output(U[0], t)
+        assert self._now is not None
+        assert self._filters is not None
+        signals, self._controller = self._now
+        self._filters = [f.copy() for f in self._filters]
+        for one, v in zip(self._filters, signals, strict=True):
+            one.push(v)
+        self._slave.step(U, t, h)
+        if self._model is not None:
+            self._model.step(U, t, h)
+
+    def save(self) -> Any:
+        model = None if self._model is None else self._model.save()
+        return self._slave.save(), model, self._filters, self._controller, self._now
+
+    def restore(self, snapshot: Any) -> None:
+        inner, model, self._filters, self._controller, self._now = snapshot
+        self._slave.restore(inner)
+        if self._model is not None:
+            self._model.restore(model)
+
+    def discard(self, snapshot: Any) -> None:
+        self._slave.discard(snapshot[0])
+        if self._model is not None:
+            self._model.discard(snapshot[1])
+
+    def serialize(self) -> bytes:
+        raise ValueError(f"component {self.name!r} stands behind a delay and cannot serialize its state")
+
+    def deserialize(self, data: bytes) -> None:
+        raise ValueError(f"component {self.name!r} stands behind a delay and cannot serialize its state")
+
+    def jacobian(self) -> np.ndarray | None:
+        return None
+
+    def state_space(self) -> StateSpace | None:
+        return None
+
+    def close(self) -> None:
+        self._slave.close()
+        if self._model is not None:
+            self._model.close()
