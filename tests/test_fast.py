@@ -38,15 +38,12 @@ def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm
 
 
 def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An FMU whose output is in rpm drives one that listens in rad/s: same bits, and not the factor forgotten."""
-    from cosim.network import _Inputs
+    """Every connection gets a factor and an offset: same bits, and neither forgotten."""
+    from cosim import network
+    from cosim.wiring import Transfer
 
-    plain = _Inputs.__init__
-
-    def scaled(self: _Inputs, joined: list[tuple[int, int, float, float]], start: np.ndarray) -> None:
-        plain(self, [(k, j, 0.5 * a, b + 0.1) for k, j, a, b in joined], start)
-
-    monkeypatch.setattr(_Inputs, "__init__", scaled)
+    plain = network.transfer
+    monkeypatch.setattr(network, "transfer", lambda *a: Transfer(0.5 * plain(*a).factor, plain(*a).offset + 0.1))
     runs = three_ways(oscillators.pair(), Jacobi(2), monkeypatch, 1e-3, 0.5)
     for other in runs[1:]:
         np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)

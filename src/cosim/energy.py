@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from component.units import unit
-from cosim.network import Bond, Network
+from cosim.bonds import Bond
+from cosim.network import Network
 
 # value half a step after the second newest point, from the newest, second newest, ... point
 _MIDDLE = {2: (1 / 2, 1 / 2), 3: (3 / 8, 6 / 8, -1 / 8), 4: (5 / 16, 15 / 16, -5 / 16, 1 / 16)}

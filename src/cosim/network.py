@@ -2,35 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
 from itertools import pairwise
 from time import perf_counter
 from types import TracebackType
 
 import numpy as np
 
-from component.units import power_pair, unit
+from cosim.algebraic import LoopSolver
+from cosim.bonds import bonds
 from cosim.catalogue import unknown
 from cosim.dataflow import cycle, loops, strong_components
-from cosim.errors import ConvergenceError, WiringError
+from cosim.errors import WiringError
 from cosim.slaves import Slave
-from cosim.system import Connection, PowerBond, System
+from cosim.system import Connection, System
 from cosim.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
-
-
-@dataclass(frozen=True)
-class Bond:
-    """A power bond in terms of the network: places of its two signals in Y, and of the inputs they feed.
-
-    motion, effort : places in Y; motion times effort is the power into the slave that sends `motion`.
-    motion_input, effort_input : (slave, place in its u) that each of them feeds.
-    """
-
-    name: str
-    motion: int
-    effort: int
-    motion_input: tuple[int, int]
-    effort_input: tuple[int, int]
 
 
 def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
@@ -45,54 +30,6 @@ def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
     if degree == 0:
         value, slope = value + slope * (h / 2), np.zeros_like(slope)
     return np.array([value, slope, np.zeros_like(slope)])
-
-
-class LoopSolver:
-    """Solves one algebraic loop: the outputs in it, at the places `group` of Y, such that evaluating them changes nothing.
-
-    Newton's method with the Jacobian by differences, kept from one communication point to the next as long as it serves.
-    """
-
-    def __init__(self, network: "Network", group: Sequence[int]) -> None:
-        self._network, self._places = network, np.array(group)
-        inside = set(group)
-        self._slaves = [i for i, part in enumerate(network.slices) if inside & set(range(part.start, part.stop))]
-        self._jacobian: np.ndarray | None = None
-
-    def solve(self, Y: np.ndarray, t: float) -> None:
-        """Write the solution into Y; ConvergenceError if there is none within 50 iterations."""
-        z = Y[self._places]
-        for iteration in range(50):
-            residual = self._evaluated(Y, z, t) - z
-            if not np.any(np.abs(residual) > 1e-12 * np.maximum(1.0, np.abs(z))):
-                Y[self._places] = z + residual
-                return
-            if self._jacobian is None or iteration % 5 == 4:
-                self._jacobian = self._differences(Y, z, z + residual, t)
-            z = z + np.linalg.lstsq(np.eye(z.size) - self._jacobian, residual)[0]
-        names = ", ".join(self._network.names[k] for k in self._places)
-        raise ConvergenceError(
-            f"the algebraic loop of {names} must have a solution at t = {t:.9g} s, none found in 50 iterations"
-        )
-
-    def _evaluated(self, Y: np.ndarray, z: np.ndarray, t: float) -> np.ndarray:
-        """The outputs of the loop after one evaluation of its slaves from the values z."""
-        before = Y.copy()
-        before[self._places] = z
-        after = before.copy()
-        for i in self._slaves:
-            trial = before.copy()
-            self._network.evaluate(i, trial, t)
-            after[self._network.slices[i]] = trial[self._network.slices[i]]
-        return after[self._places]
-
-    def _differences(self, Y: np.ndarray, z: np.ndarray, base: np.ndarray, t: float) -> np.ndarray:
-        J = np.zeros((z.size, z.size))
-        for column in range(z.size):
-            moved = z.copy()
-            moved[column] += 1e-6 * max(1.0, abs(z[column]))
-            J[:, column] = (self._evaluated(Y, moved, t) - base) / (moved[column] - z[column])
-        return J
 
 
 class Network:
@@ -143,7 +80,7 @@ class Network:
         self.coupled = np.array(sorted(self.feeds), dtype=int)
         self.largest = np.zeros(self.coupled.size)
         self._order(self._needs())
-        self.bonds = self._bonds(place)
+        self.bonds = bonds(system, self._where, self.units, self.feeds)
 
     def _substeps(self, given: Mapping[str, int]) -> list[int]:
         known = [s.name for s in self.slaves]
@@ -294,45 +231,3 @@ class Network:
             self.one_pass = self.one_pass and len(group) == 1
             self._groups.append((group if len(group) == 1 else group * len(group), inside))
         self.order = tuple(dict.fromkeys(i for group, _ in self._groups for i in group))
-
-    def _bonds(self, place: Mapping[str, int]) -> tuple[Bond, ...]:
-        """The system's power bonds; where it states none, the pairs of connections whose units leave no doubt."""
-        stated = self.system.bonds or _detected(self.system, dict(zip(self.names, self.units, strict=True)))
-        bonds = []
-        for bond in stated:
-            ends = {}
-            for role, signal, other in (("motion", bond.motion, bond.effort), ("effort", bond.effort, bond.motion)):
-                name = ".".join(signal)
-                if name not in self._where:
-                    raise unknown("signal of a power bond:", name, self.names)
-                k = self._where[name]
-                target = [t for t in self.feeds.get(k, []) if t[0] == place.get(other[0])]
-                if not target:
-                    raise WiringError(f"power bond: {role} {name} must be connected to {other[0]!r}")
-                ends[role] = (k, target[0])
-            (motion, motion_input), (effort, effort_input) = ends["motion"], ends["effort"]
-            label = f"{bond.motion[0]}.{bond.motion[1]} x {bond.effort[0]}.{bond.effort[1]}"
-            bonds.append(Bond(label, motion, effort, motion_input, effort_input))
-        return tuple(bonds)
-
-
-def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]:
-    """Bonds between two components that are joined by just one connection each way whose units multiply to a power."""
-    found = []
-    between: dict[tuple[str, str], list[Connection]] = {}
-    for wire in system.connections:
-        between.setdefault((wire.start[0], wire.end[0]), []).append(wire)
-    for (a, b), there in between.items():
-        back = between.get((b, a), [])
-        if a < b or len(there) != 1 or len(back) != 1:
-            continue
-        units_of = [units.get(".".join(wire.start), "") for wire in (there[0], back[0])]
-        try:
-            fits = all(units_of) and power_pair(*units_of)
-        except ValueError:  # a foreign unit says nothing
-            continue
-        if fits:
-            motion_first = unit(units_of[0]).dimension[0] == 0  # a motion has no mass in its unit
-            motion, effort = (there[0], back[0]) if motion_first else (back[0], there[0])
-            found.append(PowerBond(motion.start, effort.start))
-    return tuple(found)
