@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 LIMIT = 0.8  # EN 14363, filtered Y/Q
 CUT_OFF = 20.0  # Hz
@@ -47,6 +46,8 @@ def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.
 
     A Butterworth filter of order 2 forwards and backwards, its corner moved so that both together lose 3 dB at `cut_off`.
     """
+    from scipy.signal import butter, sosfiltfilt
+
     t, signal = np.asarray(t, dtype=float), np.asarray(signal, dtype=float)
     if signal.shape != t.shape or t.ndim != 1 or t.size < 2:
         raise ValueError(f"signal and t must be columns of equal length, got {signal.shape} and {t.shape}")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import compare, converge, export, info, listing, pack, paper, plot, run, sweep
+from cosim.cli import check, compare, converge, export, info, listing, pack, paper, plot, run, sweep
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ for name, function in (
     ("list", listing.command),
     ("run", run.command),
     ("export", export.command),
+    ("check", check.command),
     ("converge", converge.command),
     ("compare", compare.command),
     ("paper", paper.command),
