@@ -21,7 +21,8 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 
 @dataclass(frozen=True)
 class Assessment:
-    """vehicle : its name in the system. wheels, pairs : their names. verdict and worst Y/Q : see cosim.safety.
+    """vehicle : its name in the system. wheels, pairs : their names. verdict and worst Y/Q : see cosim.safety; worst is None where
+    too few points a second were recorded for the filter.
 
     lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
     """
@@ -30,7 +31,7 @@ class Assessment:
     wheels: tuple[str, ...]
     pairs: tuple[str, ...]
     verdict: safety.Verdict
-    worst: safety.Extreme
+    worst: safety.Extreme | None
     lateral: dict[str, tuple[float, float]]
     yaw: dict[str, tuple[float, float]]
 
@@ -70,12 +71,13 @@ def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
         return {pair: (float(size.max()), float(size[-max(1, size.size // 10) :].max())) for pair, size in sizes.items()}
 
     distance = signal(DISTANCE)
+    fine_enough = t.size > 3 * safety.CUT_OFF * (t[-1] - t[0])
     return Assessment(
         vehicle,
         wheels,
         pairs,
         safety.verdict({w: trajectory[f"{vehicle}.{w}{CLIMB}"] for w in wheels}, t, trajectory[f"{vehicle}.{DISTANCE}"]),
-        safety.worst({w: signal(w + COEFFICIENT) for w in wheels}, even, distance),
+        safety.worst({w: signal(w + COEFFICIENT) for w in wheels}, even, distance) if fine_enough else None,
         extent(LATERAL),
         extent(YAW),
     )

@@ -36,7 +36,9 @@ def document(run: Run) -> dict[str, Any]:
                 "vehicle": v.vehicle,
                 "derailed": v.verdict.derailed,
                 "verdict": v.verdict.text,
-                "worst_derailment_coefficient": {"wheel": v.worst.wheel, "value": v.worst.value, "distance": v.worst.distance},
+                "worst_derailment_coefficient": None
+                if v.worst is None
+                else {"wheel": v.worst.wheel, "value": v.worst.value, "distance": v.worst.distance},
                 "lateral": v.lateral,
                 "yaw": v.yaw,
             }
@@ -102,13 +104,11 @@ def _ride(vehicle: Assessment) -> list[str]:
         f"psi {vehicle.yaw[pair][0] * 1e3:.3g} mrad ({vehicle.yaw[pair][1] * 1e3:.2g})"
         for pair in vehicle.pairs
     )
-    limit = "above" if worst.exceeded else "within"
-    return [
-        "",
-        f"{vehicle.vehicle} {vehicle.verdict.text}",
-        f"largest Y/Q by EN 14363: {worst.value:.3f} ({limit} its limit {worst.limit:g}), {worst.wheel}, s = {worst.distance:.1f} m",
-        f"largest {motion}",
-    ]
+    coefficient = "recorded too coarsely for the filter of EN 14363"
+    if worst is not None:
+        limit = "above" if worst.exceeded else "within"
+        coefficient = f"{worst.value:.3f} ({limit} its limit {worst.limit:g}), {worst.wheel}, s = {worst.distance:.1f} m"
+    return ["", f"{vehicle.vehicle} {vehicle.verdict.text}", f"largest Y/Q by EN 14363: {coefficient}", f"largest {motion}"]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

@@ -237,7 +237,7 @@ def _measures(case: Case) -> dict[str, float]:
         "y": float(np.abs(tr[Y]).max()),
         "psi": float(np.abs(tr[PSI]).max()),
         "force": float(np.abs(tr["vehicle.front_left_lateral_force"]).max()),
-        "filtered": case.assessment.worst.value,
+        "filtered": case.assessment.worst.value if case.assessment.worst is not None else float("nan"),
         "swing": float(np.std(tr[Y][steady])),
         "steady": float(np.abs(tr[PSI][steady]).mean()),
         "after": float(np.abs(tr[Y][after]).max()) if reached else float("inf"),
