@@ -21,9 +21,9 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 
 @dataclass(frozen=True)
 class Assessment:
-    """vehicle : its name in the system. wheels, pairs : their names. verdict and worst Y/Q : see cosim.safety; worst is None where
-    too few points a second were recorded for the filter.
+    """vehicle : its name in the system. wheels, pairs : their names.
 
+    verdict and worst Y/Q : see cosim.safety; worst is None where too few points a second were recorded for the filter.
     lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
     """
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import check, compare, converge, export, info, listing, pack, paper, plot, run, sweep
+from cosim.cli import check, compare, converge, delay, export, info, listing, pack, paper, plot, run, sweep
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -26,6 +26,7 @@ for name, function in (
     ("check", check.command),
     ("converge", converge.command),
     ("compare", compare.command),
+    ("delay", delay.command),
     ("paper", paper.command),
     ("sweep", sweep.command),
     ("plot", plot.command),

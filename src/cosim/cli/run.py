@@ -145,7 +145,6 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
         run.trajectory.save(output)
     if plot is not None:
         from cosim import figures
-
         from cosim.assessment import assess
 
         title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)

@@ -89,8 +89,8 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     if len(bonds) > 2:  # one line for all, and the bond that carries most
         most = max(run.energy, key=lambda b: b.exchanged)
         bonds = [
-            f"coupling energy residual {run.energy_residual:.3g} J over {len(bonds)} bonds; of the {most.exchanged:.3g} J exchanged on",
-            f"{most.name}, which carries most, {most.share:.2g} (peak {most.peak_power:.2g} W)",
+            f"coupling energy residual {run.energy_residual:.3g} J over {len(bonds)} bonds; {most.share:.2g} of the "
+            f"{most.exchanged:.3g} J on {most.name}, which carries most",
         ]
     ride = [line for vehicle in assess(trajectory) for line in _ride(vehicle)]
     return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"]), *ride]

@@ -1,0 +1,142 @@
+"""cosim delay: how much delay a unit's answer can have."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
+from cosim.compensation import COMPENSATORS
+from cosim.coupling import ALGORITHMS, algorithm
+from cosim.delay import Margin, Remedy, Setting
+
+SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
+
+
+def command(
+    system: SystemName,
+    gyro: Gyro = None,
+    set_: Values = None,
+    family: Annotated[str, typer.Option("--component", metavar="NAME", help="whose answer is late")] = "gyro",
+    compensate: Annotated[
+        str, typer.Option(metavar="A,B,...", help=f"{', '.join(COMPENSATORS)}, model:VARIANT, passivity; + joins two")
+    ] = "none",
+    tolerances: Annotated[Path | None, typer.Option(metavar="FILE", help="a .toml file of limits; 5 % otherwise")] = None,
+    step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step; ten times the system's own otherwise")] = None,
+    stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs; 20 s otherwise")] = None,
+    longest: Annotated[str, typer.Option(metavar="TIME", help="longest delay to look at")] = "0.5 s",
+    algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
+    order: Annotated[int, typer.Option(help="degree of the input extrapolation: 0, 1 or 2")] = 1,
+    fmus: Annotated[bool, typer.Option("--fmus", help="run the components as FMUs")] = False,
+    across: Annotated[
+        str | None, typer.Option("--map", metavar="COMPONENT.PARAMETER=LOW:HIGH:N", help="draw the margin over it and the step")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="where to draw the map, e.g. a .png file")] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Find the largest loop delay that leaves SYSTEM stable, and the largest that keeps the tolerances.
+
+    Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
+    """
+    from cosim import figures, tolerance
+    from cosim.compare import five_percent
+    from cosim.delay import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
+
+    if (across is None) != (plot is None):
+        raise ValueError("--map and --plot go together")
+    writable(plot, figures.check_format)
+    plan = chosen_system(system, gyro, set_)
+    setting = Setting(
+        plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, family=family,
+        algorithm=algorithm(algorithm_, order), in_process=not fmus, longest=seconds(longest, "--longest") or 0.5,
+    )  # fmt: skip
+    limits = five_percent(plan, family) if tolerances is None else tolerance.read(tolerances)
+    remedies = [remedy(name.strip()) for name in compensate.split(",")]
+    rows: list[dict[str, Any]] = []
+    for chosen in remedies:
+        s = replace(setting, remedy=chosen)
+        exact = chosen.linear and s.algorithm.name == "jacobi"
+        with progress(f"{chosen.name}: stability") as show:
+            stable = (by_eigenvalues(s) if exact else None, by_runs(s, show))
+        with progress(f"{chosen.name}: tolerances") as show:
+            kept = (verdict_by_model(s, limits) if exact else None, verdict_by_runs(s, limits, show))
+        rows.append({"compensation": chosen.name, "stable": stable, "kept": kept})
+    words: list[str | Table] = [
+        f"{plan.name}: largest delay of {family}, macro step {setting.step * 1e3:g} ms, {setting.algorithm.name} with input "
+        f"degree {order}, runs to {setting.stop:g} s",
+        _table(rows, setting),
+    ]
+    if across is not None and plot is not None:
+        import numpy as np
+
+        from cosim import unit_figures
+
+        name, values = _range(across)
+        steps = np.array([setting.step / 2**k for k in range(4)])
+        with progress("map") as show:
+            drawn = delay_map(replace(setting, remedy=remedies[0]), name, values, steps, show)
+        figures.save(unit_figures.delay_margins(drawn, plan.name), plot)
+        words.append(f"wrote {plot}")
+
+    def document() -> dict[str, Any]:
+        def ways(pair: tuple[Margin | None, Margin]) -> dict[str, float | None]:
+            return {"model_s": pair[0].delay if pair[0] else None, "runs_s": pair[1].delay}
+
+        return {
+            "system": plan.name, "component": family, "step": setting.step, "stop": setting.stop, "longest": setting.longest,
+            "algorithm": setting.algorithm.name, "order": order,
+            "margins": [
+                {"compensation": r["compensation"], "stable": ways(r["stable"]), "tolerances": ways(r["kept"])} for r in rows
+            ],
+        }  # fmt: skip
+
+    say(as_json, document, *words)
+    return 0
+
+
+def remedy(name: str) -> Remedy:
+    """What the command line calls `name`: parts joined by +."""
+    made = Remedy()
+    for part in name.split("+"):
+        if part == "passivity":
+            made = replace(made, passive=True)
+        elif part.startswith("model:"):
+            made = replace(made, model=part.removeprefix("model:"))
+        elif part in COMPENSATORS:
+            made = replace(made, compensator=COMPENSATORS[part])
+        else:
+            raise ValueError(f"compensation must be one of {', '.join(COMPENSATORS)}, model:VARIANT, passivity, got {part!r}")
+    return made
+
+
+def _range(text: str) -> tuple[str, Any]:
+    """The parameter and the values that LOW:HIGH:N means."""
+    import numpy as np
+
+    name, _, bounds = text.partition("=")
+    try:
+        low, high, n = bounds.split(":")
+        return name, np.linspace(float(low), float(high), int(n))
+    except ValueError:
+        raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N in the parameter's unit, got {text!r}") from None
+
+
+def _table(rows: list[dict[str, Any]], setting: Setting) -> Table:
+    table = Table("compensation", "stable, eigenvalues", "stable, runs", "tolerances, linear model", "tolerances, runs", box=None,
+                  pad_edge=False)  # fmt: skip
+    for column in table.columns[1:]:
+        column.justify = "right"
+
+    def cell(margin: Margin | None) -> str:
+        if margin is None:
+            return "-"
+        if margin.delay is None:
+            return "not even 0"
+        more = "at least " if margin.delay >= setting.longest * (1 - 1e-9) else ""
+        return f"{more}{margin.delay * 1e3:.1f} ms"
+
+    for row in rows:
+        table.add_row(row["compensation"], *(cell(m) for m in (*row["stable"], *row["kept"])))
+    return table
