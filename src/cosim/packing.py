@@ -39,12 +39,14 @@ def pack(system: System, file: Path) -> Path:
     faces = {part.name: interface(read(fmus[part.source])) for part in system.parts}
     units = _units(s for face in faces.values() for s in (*face.inputs, *face.outputs, *face.settable.values()))
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
-    parameters = f"resources/{_plain(system.name)}.ssv"
-    values = _parameter_set(system, faces, units)
-    structure = _structure(system, faces, places, units, enumerations, parameters if values is not None else "")
-    members = {"SystemStructure.ssd": _bytes(structure)}
-    if values is not None:
-        members[parameters] = _bytes(values)
+    values: dict[str, bytes] = {}  # place in the package -> parameter set
+    sets: dict[str, str] = {}  # component -> place
+    for part in system.parts:
+        found = _parameter_set(system.name, part, faces[part.name], units)
+        if found is not None:
+            sets[part.name] = _free(f"resources/{_plain(part.name)}", ".ssv", values)
+            values[sets[part.name]] = _bytes(found)
+    members = {"SystemStructure.ssd": _bytes(_structure(system, faces, places, units, enumerations, sets)), **values}
     members |= {places[source]: archive.read(location) for source, location in fmus.items()}
     _save(file, members)
     return file
@@ -59,12 +61,17 @@ def _fmus(system: System) -> tuple[dict[str, str], dict[str, str]]:
             continue
         location = part.source if part.source.endswith(".fmu") else str(catalogue.fmu(part.source))
         stem = location.replace("#", "/").rpartition("/")[2].removesuffix(".fmu")
-        place, n = f"resources/{stem}.fmu", 1
-        while place in places.values():
-            n += 1
-            place = f"resources/{stem}-{n}.fmu"
-        fmus[part.source], places[part.source] = location, place
+        fmus[part.source], places[part.source] = location, _free(f"resources/{stem}", ".fmu", places.values())
     return fmus, places
+
+
+def _free(stem: str, suffix: str, taken: Iterable[str]) -> str:
+    """A place in the package that is not taken."""
+    used, place, n = set(taken), f"{stem}{suffix}", 1
+    while place in used:
+        n += 1
+        place = f"{stem}-{n}{suffix}"
+    return place
 
 
 def _plain(name: str) -> str:
@@ -92,20 +99,20 @@ def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> e
 
 def _structure(
     system: System, faces: Mapping[str, Interface], places: Mapping[str, str], units: Mapping[str, Unit],
-    enumerations: dict[tuple[tuple[str, int], ...], str], parameters: str,
+    enumerations: dict[tuple[tuple[str, int], ...], str], sets: Mapping[str, str],
 ) -> etree._Element:  # fmt: skip
     used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
     root = etree.Element(_tag("ssd", "SystemStructureDescription"), {"version": "1.0", "name": system.name}, nsmap=used)
     top = _add(root, "ssd", "System", name=system.name, description=system.description)
-    if parameters:
-        _add(_add(top, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=parameters)
     elements = _add(top, "ssd", "Elements")
     driven = {wire.end for wire in system.connections}
     for part in system.parts:
         face = faces[part.name]
         # Open inputs get no connector: one importer at least gives them a neighbour's value.
         signals = [(s, "input") for s in face.inputs if (part.name, s.name) in driven] + [(s, "output") for s in face.outputs]
-        _component(elements, part, signals, places[part.source], units, enumerations)
+        component = _component(elements, part, signals, places[part.source], units, enumerations)
+        if part.name in sets:
+            _add(_add(component, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[part.name])
     if system.connections:
         connections = _add(top, "ssd", "Connections")
         for wire in system.connections:
@@ -143,11 +150,9 @@ def _write_units(root: etree._Element, kind: str, units: Mapping[str, Unit]) -> 
 def _component(
     elements: etree._Element, part: Part, signals: Sequence[tuple[Signal, str]], place: str, units: Mapping[str, Unit],
     enumerations: dict[tuple[tuple[str, int], ...], str],
-) -> None:  # fmt: skip
+) -> etree._Element:  # fmt: skip
     component = _add(elements, "ssd", "Component", name=part.name, type="application/x-fmu-sharedlibrary", source=place)
-    if not signals:
-        return
-    connectors = _add(component, "ssd", "Connectors")
+    connectors = _add(component, "ssd", "Connectors") if signals else component
     for signal, kind in signals:
         connector = _add(connectors, "ssd", "Connector", name=signal.name, kind=kind)
         if signal.type == "enumeration":
@@ -156,6 +161,7 @@ def _component(
         else:
             unit = signal.unit if signal.unit in units else ""
             _add(connector, "ssc", _TYPES[signal.type], **({"unit": unit} if signal.type == "real" else {}))
+    return component
 
 
 def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, Interface]) -> None:
@@ -180,32 +186,30 @@ def _connection(connections: etree._Element, wire: Connection, faces: Mapping[st
         _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
 
 
-def _parameter_set(system: System, faces: Mapping[str, Interface], units: Mapping[str, Unit]) -> etree._Element | None:
-    """The values of all components as one .ssv; None where there are none."""
+def _parameter_set(name: str, part: Part, face: Interface, units: Mapping[str, Unit]) -> etree._Element | None:
+    """The values of a component as an .ssv; None where there are none. All sets have one name, which some importers ask for."""
     used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
-    root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": system.name}, nsmap=used)
+    root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": name}, nsmap=used)
     parent = _add(root, "ssv", "Parameters")
+    for variable in part.values:
+        if variable not in face.settable:
+            raise catalogue.unknown(f"parameter of {part.name!r}:", variable, face.settable)
     mentioned = set()
-    for part in system.parts:
-        settable = faces[part.name].settable
-        for name in part.values:
-            if name not in settable:
-                raise catalogue.unknown(f"parameter of {part.name!r}:", name, settable)
-        for name, given in {**part.bound, **part.values}.items():
-            if name not in settable:
-                continue
-            signal = settable[name]
-            try:
-                value = signal.value(given)
-            except ValueError as error:
-                raise ValueError(f"{part.name}.{name}: {error}") from None
-            elements = value if isinstance(value, tuple) else (value,)
-            names = [s for s in settable if s.startswith(f"{name}[")] if signal.shape else [name]
-            for element, label in zip(elements, names, strict=True):
-                if signal.unit in units and signal.type == "real":
-                    mentioned.add(signal.unit)
-                _parameter(parent, f"{part.name}.{label}", signal, element, signal.unit if signal.unit in units else "")
-    _write_units(root, "ssv", {name: units[name] for name in mentioned})
+    for variable, given in {**part.bound, **part.values}.items():
+        if variable not in face.settable:
+            continue
+        signal = face.settable[variable]
+        try:
+            value = signal.value(given)
+        except ValueError as error:
+            raise ValueError(f"{part.name}.{variable}: {error}") from None
+        unit = signal.unit if signal.unit in units and signal.type == "real" else ""
+        mentioned.add(unit)
+        elements = value if isinstance(value, tuple) else (value,)
+        names = [s for s in face.settable if s.startswith(f"{variable}[")] if signal.shape else [variable]
+        for element, label in zip(elements, names, strict=True):
+            _parameter(parent, label, signal, element, unit)
+    _write_units(root, "ssv", {name: units[name] for name in mentioned if name})
     return root if len(parent) else None
 
 
@@ -219,7 +223,7 @@ def _parameter(parent: etree._Element, name: str, signal: Signal, value: Value, 
     elif isinstance(value, bytes):
         text = value.hex()
     element = etree.SubElement(_add(parent, "ssv", "Parameter", name=name), _tag("ssv", _TYPES[signal.type]), value=str(text))
-    if unit and signal.type == "real":
+    if unit:
         element.set("unit", unit)
 
 

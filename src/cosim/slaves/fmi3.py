@@ -123,7 +123,9 @@ class Fmi3Slave(FmuSlave):
         if self._ended.value:
             self._fails("the FMU asks to end the run", t, h)
         if self._early.value or abs(self._reached.value - (t + h)) > 1e-9 * (h + abs(t)):
-            self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s", t, h)
+            own = self.description.interfaces["CoSimulation"].get("fixedInternalStepSize")
+            hint = f" (its own step is fixed to {own} s)" if own else ""
+            self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
 
     def _fails(self, reason: str, t: float, h: float) -> None:
         self._running = False

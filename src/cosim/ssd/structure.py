@@ -118,7 +118,7 @@ def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any) -> Connection | 
 
 def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:
     bonds = []
-    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:Bond", NAMESPACES):
+    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']//gc:Bond", NAMESPACES):
         motion, effort = (_split(top, element, key, leaves) for key in ("motion", "effort"))
         bonds.append(PowerBond(motion, effort))
     return tuple(bonds)
@@ -126,7 +126,7 @@ def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:
 
 def _stops(top: Node, leaves: Any) -> tuple[StopWhen, ...]:
     found = []
-    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:StopWhen", NAMESPACES):
+    for element in top.document.root.iterfind(f".//ssc:Annotation[@type='{ANNOTATION}']//gc:StopWhen", NAMESPACES):
         signal = _split(top, element, "signal", leaves)
         found.append(StopWhen(signal, top.document.number(element, "above", "0.5"), element.get("says", ".".join(signal))))
     return tuple(found)
@@ -142,7 +142,7 @@ def _split(top: Node, element: etree._Element, key: str, leaves: Any) -> End:
 
 def _step(found: Document) -> float:
     """The usual macro step (s): the annotation's, else 1 ms."""
-    master = found.root.find(f".//ssc:Annotation[@type='{ANNOTATION}']/gc:Master", NAMESPACES)
+    master = found.root.find(f".//ssc:Annotation[@type='{ANNOTATION}']//gc:Master", NAMESPACES)
     return 1e-3 if master is None else found.number(master, "step", "1e-3")
 
 
