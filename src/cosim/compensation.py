@@ -124,6 +124,11 @@ class Impulse(Compensator):
         return Taps((1.0 + self.gain) * delay_taps(d), a)
 
 
+BALANCE = (
+    "stored_energy",
+    "dissipated_power",
+    "motor_power",
+)  # outputs of a unit that reports its energy; the last if it has one
 COMPENSATORS: dict[str, Compensator] = {
     "none": Uncompensated(), "linear": Polynomial(1), "quadratic": Polynomial(2), "nepce": Impulse(),
 }  # fmt: skip
@@ -161,21 +166,30 @@ class Filter:
 
 @dataclass(frozen=True)
 class PassivityController:
-    """(6) on the sum over a unit's bonds. Energy in J, absorbed by the unit; see cosim.unit_energy.
+    """(6) on the sum over a unit's bonds. Energy in J; see cosim.unit_energy.
 
     absorbed : what the unit has taken and the controller has let pass. motion, effort : sums of squares so far, for the bound.
+
+    What must have been absorbed is what the unit stores and has turned into heat, where it reports that: then the interface
+    creates nothing. Else it is 0: then the unit never gives more than it got, but may give back what its damper took,
+    which holds a growing oscillation only once that credit is spent.
     """
 
     absorbed: float = 0.0
     motion: float = 0.0
     effort: float = 0.0
 
-    def corrected(self, u: np.ndarray, w: np.ndarray, h: float) -> tuple[np.ndarray, "PassivityController"]:
-        """The efforts for motions u and efforts w at a communication point, both shape (bonds,), and the controller after it."""
+    def corrected(
+        self, u: np.ndarray, w: np.ndarray, h: float, required: float = 0.0
+    ) -> tuple[np.ndarray, "PassivityController"]:
+        """The efforts for motions u and efforts w at a communication point, shape (bonds,), and the controller after it.
+
+        required : energy (J) that must have been absorbed by now.
+        """
         uu, ww = float(u @ u), float(w @ w)
         motion, effort = self.motion + uu, self.effort + ww
         absorbed = self.absorbed - h * float(w @ u)
-        if absorbed < 0.0 and uu > 0.0:
-            alpha = min(-absorbed / (h * uu), 2.0 * np.sqrt(effort / motion))
+        if absorbed < required and uu > 0.0:
+            alpha = min((required - absorbed) / (h * uu), 2.0 * np.sqrt(effort / motion))
             return w - alpha * u, PassivityController(absorbed + h * alpha * uu, motion, effort)
         return w, PassivityController(absorbed, motion, effort)

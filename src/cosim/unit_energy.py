@@ -16,14 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from component.units import unit
+from cosim.compensation import BALANCE
 from cosim.network import Network
 from cosim.trajectory import Trajectory
-
-BALANCE = (
-    "stored_energy",
-    "dissipated_power",
-    "motor_power",
-)  # outputs of a unit that reports its energy; the last if it has one
 
 
 @dataclass(frozen=True, eq=False)

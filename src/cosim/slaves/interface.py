@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
+from cosim.compensation import BALANCE, Compensator, Filter, PassivityController, Uncompensated, delay_taps
 from cosim.slaves.base import Slave, StateSpace
 
 
@@ -31,6 +31,8 @@ class Interface(Slave):
         self._taps = compensator.taps(delay / step)
         self._plain = Uncompensated().taps(delay / step)  # the model's own answer is delayed as the unit's
         self._passive = passive
+        rows = {signal.name: row for row, signal in enumerate(slave.outputs)}
+        self._balance = tuple(rows.get(name) for name in BALANCE)
         self.name, self.inputs, self.outputs, self.settable = slave.name, slave.inputs, slave.outputs, slave.settable
         self.excluded, self.input_degree = slave.excluded, slave.input_degree
         self.can_restore = slave.can_restore and (model is None or model.can_restore)
@@ -49,7 +51,9 @@ class Interface(Slave):
             self._model.initialize({n: v for n, v in values.items() if n in self._model.settable}, t, stop)
         self._filters: list[Filter] | None = None
         self._controller = PassivityController()
-        self._now: tuple[list[np.ndarray], PassivityController] | None = None
+        self._now: tuple[list[np.ndarray], PassivityController, float] | None = None
+        self._stored_first: float | None = None
+        self._heat = 0.0
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         y = self._slave.output(u, t)
@@ -58,22 +62,33 @@ class Interface(Slave):
             signals.append(self._model.output(u, t)[self._model_rows])
         if self._filters is None:
             self._filters = [Filter(self._taps, signals[0]), *(Filter(self._plain, s) for s in signals[1:])]
-        w = self._filters[0].value(signals[0])
+        w, heat = self._filters[0].value(signals[0]), 0.0
         if self._model is not None:
             w = w + signals[1] - self._filters[1].value(signals[1])
         controller = self._controller
         if self._passive:
-            w, controller = controller.corrected(u[self._places], w, self._step_length)
-        self._now = signals, controller
+            required, heat = self._required(y)
+            w, controller = controller.corrected(u[self._places], w, self._step_length, required)
+        self._now = signals, controller, heat
         y[self._rows] = w
         return y
+
+    def _required(self, y: np.ndarray) -> tuple[float, float]:
+        """What the unit must have absorbed by now (J), and the heat so far, a step's more each time."""
+        stored, lost, motor = self._balance
+        if stored is None or lost is None:
+            return 0.0, 0.0
+        if self._stored_first is None:
+            self._stored_first = float(y[stored])
+        heat = self._heat + self._step_length * float(y[lost] - (y[motor] if motor is not None else 0.0))
+        return float(y[stored]) - self._stored_first + heat, heat
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         if self._now is None or self._filters is None:
             self.output(U[0], t)
         assert self._now is not None
         assert self._filters is not None
-        signals, self._controller = self._now
+        signals, self._controller, self._heat = self._now
         self._filters = [f.copy() for f in self._filters]
         for one, v in zip(self._filters, signals, strict=True):
             one.push(v)
@@ -83,10 +98,10 @@ class Interface(Slave):
 
     def save(self) -> Any:
         model = None if self._model is None else self._model.save()
-        return self._slave.save(), model, self._filters, self._controller, self._now
+        return self._slave.save(), model, self._filters, self._controller, self._now, self._heat
 
     def restore(self, snapshot: Any) -> None:
-        inner, model, self._filters, self._controller, self._now = snapshot
+        inner, model, self._filters, self._controller, self._now, self._heat = snapshot
         self._slave.restore(inner)
         if self._model is not None:
             self._model.restore(model)
