@@ -28,6 +28,7 @@ check: $(DEVELOP)
 
 bench: $(DEVELOP)
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/vehicle_speed.py
 	$(BIN)/python benchmarks/scale.py
 	$(BIN)/python benchmarks/peers.py
 
