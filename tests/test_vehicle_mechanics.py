@@ -7,6 +7,7 @@ import pytest
 from vehicle import car_body
 from vehicle.alignment import Alignment
 from vehicle.lrt import lrt, motion, wheel_load
+from vehicle.profiles import ntcirw_wheel
 from vehicle.running_gear import Design, body_state, frame_mass
 from vehicle.track import Clothoid, Curve, Straight, Stretch, Track
 from vehicle.trim import trim
@@ -167,3 +168,54 @@ def test_explicit_contact_meets_a_search_by_brute_force() -> None:
             assert got_gap == pytest.approx(f[i] / np.hypot(1, slopes[i]), abs=2e-7), case
             assert np.arctan(got_slope) == pytest.approx(np.arctan(slopes[i]), abs=5e-4), case
     assert float(summit) > float(s["flange_clearance"] + s["corner_offset"])
+
+
+def test_flange_in_the_equations_is_the_drawn_profile_grown_by_the_rails_corner() -> None:
+    """Every point of the grown flange, cone and tip, is the corner's radius away from the table; 4001 points: 2 um."""
+    s = {v.name: ca.SX(v.start) for v in lrt().parameters}
+    grown, summit = flange_profile(s)
+    d = ca.SX.sym("d")
+    curve = ca.Function("curve", [d], [grown(d)[0] - s["rolling_radius"]])
+    drawn = ntcirw_wheel()
+    start, end = float(s["flange_clearance"] + s["corner_offset"]), float(summit)
+    for at in np.linspace(start + 0.003, end, 12):  # from where the cone is clear of the fillet
+        away = np.hypot(drawn.y - at, -drawn.z - float(curve(at)))
+        assert away.min() == pytest.approx(float(s["corner_radius"]), abs=2e-6)
+    assert drawn.y[np.argmin(drawn.z)] == pytest.approx(end, abs=5e-5)
+
+
+def test_reported_forces_and_climb_mean_what_they_say() -> None:
+    """Y of both wheels makes the pair's force; climb goes from 0 at the clearance to 1 on top of the drawn flange; a flange
+    pressed some 2 mm into the rail's spring carries k times that, less 20 um of soft start (the axle's static 35 um: 1 %)."""
+    component, drawn = lrt(), ntcirw_wheel()
+    p = {v.name: v.start for v in component.parameters}
+    clearance = p["flange_clearance"]
+    way = drawn.y[np.argmin(drawn.z)] - clearance - p["corner_offset"]
+
+    def outputs(y: float, z: float) -> dict[str, float]:
+        """With the front pair moved by y to the left and by z up: to the right the left flange comes in."""
+        moved = {"front_lateral_displacement": y, "front_vertical_displacement": z}
+        x = np.array([moved.get(v.name, v.start) for v in component.states])
+        values = np.array(component.output(x, component.start_input, component.start_parameters)).ravel()
+        return dict(zip((v.name for v in component.outputs), values, strict=True))
+
+    for share in (0.0, 0.5, 1.0):
+        found = outputs(-(clearance + share * way), 0.03 * share)
+        assert found["front_left_climb"] == pytest.approx(share, abs=2e-3)
+        assert found["front_right_climb"] == pytest.approx(-2 * clearance / way - share, abs=2e-3)
+        assert found["front_guiding_force"] == pytest.approx(
+            found["front_left_lateral_force"] - found["front_right_lateral_force"]
+        )
+        ratio = found["front_left_lateral_force"] / max(found["front_left_vertical_force"], 100.0)
+        assert found["front_left_derailment_coefficient"] == pytest.approx(ratio)
+
+    def rise(d: float) -> float:
+        return p["conicity"] * d + p["conicity_gradient"] * d**2 / 2
+
+    sine, cosine = np.sin(p["flange_angle"]), np.cos(p["flange_angle"])
+    found = outputs(-(clearance + 2.5e-3), rise(clearance + 2.5e-3) + 1e-3)  # the tread 1 mm off the rail
+    depth = 2.5e-3 * sine - (rise(clearance + 2.5e-3) - rise(clearance) + 1e-3) * cosine
+    assert found["front_left_flange_force"] == pytest.approx(p["rail_lateral_stiffness"] * depth**2 / (depth + 20e-6), rel=0.01)
+    assert found["front_left_contact_angle"] == pytest.approx(p["flange_angle"], abs=1e-6)
+    assert found["front_left_lateral_force"] > 0.5 * found["front_left_flange_force"]
+    assert found["front_right_flange_force"] == 0.0
