@@ -210,6 +210,7 @@ def test_descriptions_that_break_the_rules_are_refused_with_file_and_line(tmp_pa
         (text.replace('causality="input"', 'causality="both"', 1), "must keep the schema of FMI 2.0: line"),
         (text.replace('declaredType="Mode"', 'declaredType="Mood"', 1), "refers to 'Mood', which is not there"),
         (text.replace('Unknown index="2"', 'Unknown index="99"', 1), "refers to variable 99, it has 12"),
+        (text.replace('factor="201.168"', 'factor="0"', 1), "unit 'furlong' must have a finite factor other than 0"),
         (text.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "must be FMI 2.0 or 3.0, got FMI 1.0"),
         (text.replace("CoSimulation", "ModelExchange"), "must offer Co-Simulation, offers ModelExchange only"),
         (text.replace('modelIdentifier="mixed"', 'modelIdentifier="other"'), "must hold a binary for .*, other"),
@@ -222,6 +223,13 @@ def test_descriptions_that_break_the_rules_are_refused_with_file_and_line(tmp_pa
             open_slave("s", str(file))
         assert "bad.fmu" in str(caught.value)
         assert "\n" not in str(caught.value)
+
+
+def test_an_array_of_absurd_size_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "bad.fmu", "w") as archive:
+        archive.writestr("modelDescription.xml", small_fmus.ARRAYS.replace('Dimension start="3"', 'Dimension start="4000000000"'))
+    with pytest.raises(ValueError, match="variable 'u' must have at most 1000000 elements, has 4000000000"):
+        open_slave("s", str(tmp_path / "bad.fmu"))
 
 
 def test_members_that_lie_outside_are_refused_on_every_system(tmp_path: Path) -> None:

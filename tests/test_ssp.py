@@ -108,6 +108,22 @@ def end(plan: System) -> dict[str, float]:
 
 
 TWO = elements(component("a", "output y Real", "output count Integer"), component("b", "input u Real", "input add Integer"))
+# Two systems that only pass on what the other passes on; the value given to one must not go round for ever.
+CIRCLE = (
+    bound(value("p.in", 1))
+    + elements(
+        *(
+            f'<ssd:System name="{name}"><ssd:Connectors>{connector("input in")}{connector("output out")}</ssd:Connectors>'
+            + connections_of
+            + "</ssd:System>"
+            for name, connections_of in dict.fromkeys(
+                "pq", f"<ssd:Connections>{connection('in', 'out')}</ssd:Connections>"
+            ).items()
+        ),
+        component("b", "input u"),
+    )
+    + f"<ssd:Connections>{connection('p.out', 'q.in')}{connection('q.out', 'p.in')}{connection('p.out', 'b.u')}</ssd:Connections>"
+)
 START = bound(value("a.u", 3) + value("a.gain", 1))
 
 
@@ -265,6 +281,7 @@ def test_a_system_may_hold_other_system_files_and_itself_once_more_by_id(ssp: Ss
         (TWO + connections(connection("a.y", "b.u", '<ssc:LinearTransformation factor="x"/>')),
          "factor must be a number, got 'x'"),
         (TWO + connections("<ssd:Connection startElement='a'/>"), "Connection: must have the attribute 'startConnector'"),
+        (CIRCLE, r"a chain of connectors must begin at a component, that of b\.u runs in a circle"),
         (bound("", source="resources/p.ssv") + TWO, r"ParameterBinding .*: file .*p\.ssv' must exist"),
         (bound(value("a.u", "much")) + TWO, "Parameter 'a.u': value must be a number, got 'much'"),
         (bound(value("a.u", 1, unit="parsec")) + TWO, "unit 'parsec' must be defined"),

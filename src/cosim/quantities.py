@@ -1,5 +1,6 @@
 """Numbers in units that only a foreign file defines, and how one unit turns into another."""
 
+import math
 import re
 from dataclasses import dataclass, replace
 
@@ -49,9 +50,15 @@ def meaning(name: str, definition: Unit | None = None) -> Unit | None:
 
 
 def defined(name: str, attributes: dict[str, str]) -> Unit:
-    """The unit that a BaseUnit element defines: value in SI = factor * value + offset (FMI 2.0 and 3.0, SSP)."""
+    """The unit that a BaseUnit element defines: value in SI = factor * value + offset (FMI 2.0 and 3.0, SSP).
+
+    ValueError if it makes none.
+    """
     exponents = tuple(int(attributes.get(base, "0")) for base in BASE)
-    return Unit(name, float(attributes.get("factor", "1")), exponents, float(attributes.get("offset", "0")))
+    factor, offset = float(attributes.get("factor", "1")), float(attributes.get("offset", "0"))
+    if not (math.isfinite(factor) and factor != 0.0 and math.isfinite(offset)):
+        raise ValueError(f"unit {name!r} must have a finite factor other than 0 and a finite offset, got {factor:g}, {offset:g}")
+    return Unit(name, factor, exponents, offset)
 
 
 def between(source: Unit | None, target: Unit | None) -> tuple[float, float]:

@@ -18,6 +18,7 @@ FMI3_TYPES = (
     "Boolean", "String", "Binary", "Enumeration", "Clock",
 )  # fmt: skip
 MEMBER = "modelDescription.xml"
+LARGEST = 1_000_000  # elements of an array
 REAL = ("Real", "Float64", "Float32")
 
 
@@ -112,8 +113,8 @@ def parse(file: str, data: bytes) -> Description:
         fault = schema.error_log[0]
         raise ValueError(f"{where} must keep the schema of FMI {version}: line {fault.line}: {fault.message}")
     kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
-    units = _units(root)
     try:
+        units = _units(root)
         rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
         dependencies = _dependencies_3(root, rows) if major == "3" else _dependencies_2(root, rows)
         states = _states_3(root, rows) if major == "3" else _states_2(root, rows)
@@ -199,6 +200,8 @@ def _rows_3(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row
         of = declared[element.get("declaredType")] if element.get("declaredType") else None
         dimensions = element.findall("Dimension")
         shape = tuple(int(d.get("start") or starts[d.get("valueReference")]) for d in dimensions)
+        if prod(shape) > LARGEST:
+            raise ValueError(f"variable {element.get('name')!r} must have at most {LARGEST} elements, has {prod(shape)}")
         if element.tag in ("String", "Binary"):
             start = tuple(s.get("value", "") for s in element.iterfind("Start"))
         else:

@@ -17,6 +17,7 @@ from cosim.slaves.base import Slave, StateSpace, Value
 from cosim.slaves.description import Row
 from cosim.slaves.library import STATUS, Library, Log
 from cosim.slaves.opened import OpenedFmu
+from cosim.slaves.states import States
 from cosim.slaves.variables import carried, interface, names, read
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
@@ -132,14 +133,7 @@ class FmuSlave(Slave):
         self._terminate = function(f"{prefix}Terminate", POINTER)
         self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
         if self.can_restore:
-            self._get_state = function(f"{prefix}Get{state}", POINTER, POINTER)
-            self._set_state = function(f"{prefix}Set{state}", POINTER, POINTER)
-            self._free_state = function(f"{prefix}Free{state}", POINTER, POINTER)
-        if self.can_serialize:
-            self._state_size = function(f"{prefix}Serialized{state}Size", POINTER, POINTER, POINTER)
-            self._to_bytes = function(f"{prefix}Serialize{state}", POINTER, POINTER, ctypes.c_char_p, SIZE)
-            spelling = "DeSerialize" if prefix == "fmi2" else "Deserialize"
-            self._from_bytes = function(f"{prefix}{spelling}{state}", POINTER, ctypes.c_char_p, SIZE, POINTER)
+            self._states = States(self._opened.library, prefix, state, self.check, serialize=self.can_serialize)
 
     # ---- the run
 
@@ -234,40 +228,23 @@ class FmuSlave(Slave):
     # ---- states
 
     def save(self) -> Any:
-        state = ctypes.c_void_p()
-        self.check(self._get_state(self._instance, ctypes.byref(state)), f"{self.prefix}Get{self.state}", 0.0, 0.0)
-        return state
+        return self._states.save(self._instance)
 
     def restore(self, snapshot: Any) -> None:
-        self.check(self._set_state(self._instance, snapshot), f"{self.prefix}Set{self.state}", 0.0, 0.0)
+        self._states.restore(self._instance, snapshot)
 
     def discard(self, snapshot: Any) -> None:
         if self._instance is not None:
-            self._free_state(self._instance, ctypes.byref(snapshot))
+            self._states.discard(self._instance, snapshot)
 
     def serialize(self) -> bytes:
         self._must_serialize()
-        state = self.save()
-        try:
-            size = SIZE()
-            done = self._state_size(self._instance, state, ctypes.byref(size))
-            self.check(done, f"{self.prefix}Serialized{self.state}Size", 0.0, 0.0)
-            data = ctypes.create_string_buffer(size.value)
-            self.check(self._to_bytes(self._instance, state, data, size.value), f"{self.prefix}Serialize{self.state}", 0.0, 0.0)
-            return data.raw
-        finally:
-            self.discard(state)
+        return self._states.serialize(self._instance)
 
     def deserialize(self, data: bytes) -> None:
         self._must_serialize()
-        state = ctypes.c_void_p()
-        done = self._from_bytes(self._instance, data, len(data), ctypes.byref(state))
-        self.check(done, f"{self.prefix}Deserialize{self.state}", 0.0, 0.0)
-        try:
-            self.restore(state)
-            self._told = 2
-        finally:
-            self.discard(state)
+        self._states.deserialize(self._instance, data)
+        self._told = 2
 
     def _must_serialize(self) -> None:
         if not self.can_serialize:

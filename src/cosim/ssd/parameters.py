@@ -57,14 +57,20 @@ def _spread(
     """From a connector of a system to the variables of components behind it: along the connections, for an output back."""
     top = node
     pending = [((node.path, connector), value)]
-    inside = _leaves(top)
+    inside, seen = _leaves(top), set()
     while pending:
         end, given = pending.pop()
+        if end in seen:
+            continue  # system connectors in a circle, or one reached twice
+        seen.add(end)
         if node.ports[connector].kind in ("output", "calculatedParameter"):
             wire = arriving.get(end)
             nexts = [] if wire is None else [(wire.start, given)]
         else:
-            nexts = [(wire.end, through(given, wire.hop)) for wire in leaving.get(end, ())]
+            try:
+                nexts = [(wire.end, through(given, wire.hop)) for wire in leaving.get(end, ())]
+            except ValueError as error:
+                raise node.document.fault(node.element, f"value of {connector}: {error}") from None
         for (path, name), passed in nexts:
             if path in inside:
                 yield path, name, passed

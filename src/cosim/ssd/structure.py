@@ -33,7 +33,7 @@ def read(file: Path | str) -> System:
     connections = []
     for (path, name), wire in arriving.items():
         if path in leaves and leaves[path].ports[name].kind == "input":
-            traced = _traced(wire, arriving, leaves)
+            traced = _traced(wire, arriving, leaves, top.document.what)
             if traced is not None:
                 connections.append(traced)
     bound = bound_values(top, arriving)
@@ -103,7 +103,7 @@ def _end(node: Node, connector: str) -> str:
     return f"{node.path}.{connector}" if node.path else connector
 
 
-def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any) -> Connection | None:
+def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any, what: str) -> Connection | None:
     """The connection from the component that a value comes from; None where it begins at an open connector of a system."""
     hops, end = [wire.hop], wire.end
     while wire.start[0] not in leaves:
@@ -112,7 +112,7 @@ def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any) -> Connection | 
         wire = arriving[wire.start]
         hops.insert(0, wire.hop)
         if len(hops) > 1000:
-            raise WiringError(f"a chain of connectors must begin at a component, that of {_shown(end)} runs in a circle")
+            raise WiringError(f"{what}: a chain of connectors must begin at a component, that of {_shown(end)} runs in a circle")
     return Connection(wire.start, end, () if all(hop == Hop() for hop in hops) else tuple(hops))
 
 
