@@ -12,7 +12,7 @@ from rich.table import Table
 from cosim import Jacobi, system
 from cosim.master import open_network, run
 
-STOP = 8.0  # s
+STOP = 30.0  # s
 CASES = (("lrt", 5.0), ("lrt", 8.0), ("lrt_shen_hedrick_elkins", 8.0), ("lrt_fastsim", 8.0))
 
 

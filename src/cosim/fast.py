@@ -13,7 +13,7 @@ from cosim.coupling import Algorithm, GaussSeidel, Jacobi
 from cosim.network import Network
 from cosim.slaves.base import RawFmi2
 
-LONG = 40_000  # slave steps from which compiling, or loading what was compiled before, pays
+LONG = 15_000  # slave steps from which compiling, or loading what was compiled before, pays
 
 
 class FastLoop:

@@ -29,6 +29,7 @@ SETS = {"A": "Table 2's wheels", "B": "no spin inertia"}
 SYSTEMS = {"A": "", "B": "-b"}
 SPEEDS, SPINS = (5, 8), {"off": "0rpm", "on": "2000rpm"}
 STARTS = ("0mm", "0.1mm", "-0.1mm")
+STRAIGHT = 120.0  # s on straight track, until what settles has settled
 AFTER = 200.0  # m of straight track behind the curve
 RECORDED = (
     "vehicle.body_distance", "vehicle.curvature", "vehicle.*_lateral_displacement", "vehicle.*_yaw_angle", "vehicle.*_climb",
@@ -100,7 +101,7 @@ def _plan(key: Key) -> System:
 
 def _run(key: Key) -> Case:
     plan = _plan(key)
-    stop = 30.0 if key[1] > max(SPEEDS) else (_curve_end(plan) + AFTER) / key[1]
+    stop = STRAIGHT if key[1] > max(SPEEDS) else (_curve_end(plan) + AFTER) / key[1]
     options = Options(record=Recording(select=RECORDED, every=2))
     trajectory = simulate(plan, algorithm=Jacobi(1), stop=stop, options=options).trajectory
     (assessment,) = assess(trajectory)
