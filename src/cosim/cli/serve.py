@@ -1,0 +1,34 @@
+"""cosim serve: offer a component or an FMU to a master elsewhere."""
+
+from typing import Annotated
+
+import typer
+
+from cosim.cli.common import console
+
+
+def command(
+    source: Annotated[str, typer.Argument(metavar="COMPONENT", help="such as gyro_unit:nonlinear, a .py file or an .fmu file")],
+    port: Annotated[int, typer.Option(help="TCP port; 0 takes a free one")] = 0,
+    host: Annotated[str, typer.Option(help="address to listen at; this machine alone unless told")] = "127.0.0.1",
+    once: Annotated[bool, typer.Option("--once", help="leave after the first master")] = False,
+    fmu: Annotated[bool, typer.Option("--fmu", help="run a component as an FMU")] = False,
+) -> int:
+    """Wait for masters that run a system with tcp://HOST:PORT in the place of a component, one after another.
+
+    There is no encryption and no password: listen beyond this machine in a network you trust only.
+    """
+    from cosim.slaves import open_slave
+    from cosim.slaves.serving import listen
+
+    if not 0 <= port < 65536:
+        raise ValueError(f"--port must be 0 to 65535, got {port}")
+    slave = open_slave("unit", source, in_process=not fmu)
+    try:
+        listen(
+            slave, (host, port), once=once,
+            ready=lambda taken: console().print(f"{source} is at tcp://{host}:{taken}", markup=False),
+        )  # fmt: skip
+    finally:
+        slave.close()
+    return 0

@@ -1,0 +1,239 @@
+"""A unit in another process or on another machine, behind the same interface as every slave.
+
+    process:gyro_unit:nonlinear         a component or FMU in a child process, which ends with this one
+    tcp://HOST:PORT                     whatever speaks cosim.slaves.wire there: `cosim serve`, a rig, a device
+
+Options follow a question mark, joined by &: "tcp://rig:5000?timeout=0.5ms&late=hold&patience=20".
+
+    timeout     how long an answer may take (1 s)
+    late        what counts for one that takes longer: `hold` the last answer, `extrapolate` the line through the last two, or
+                `stop` the run (the default). An answer that comes later still is dropped.
+    patience    how many answers in a row may be missing before the run stops after all (10)
+
+A unit that is gone, or sends what is no frame, stops the run in any case: SlaveError, and the results so far are kept. A step
+is not waited for; what comes of it is asked with the outputs, so a macro step costs one question and its answer.
+"""
+
+import json
+import os
+import socket
+import struct
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+from urllib.parse import parse_qsl
+
+import numpy as np
+
+from component.units import quantity
+from cosim.catalogue import unknown
+from cosim.errors import SlaveError
+from cosim.slaves.base import Signal, Slave, StateSpace, Value
+from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
+
+SCHEMES = ("process:", "tcp://")
+PREPARATION = 60.0  # s that opening, starting, saving and restoring may take
+FAREWELL = 2.0  # s that a child has to leave before it is killed
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What is expected of the unit's answers; see the module's docstring. timeout in s."""
+
+    timeout: float = 1.0
+    late: Literal["hold", "extrapolate", "stop"] = "stop"
+    patience: int = 10
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.timeout < float("inf"):
+            raise ValueError(f"timeout must be positive, got {self.timeout:g} s")
+        if self.late not in ("hold", "extrapolate", "stop"):
+            raise ValueError(f"late must be hold, extrapolate or stop, got {self.late!r}")
+        if self.patience < 1:
+            raise ValueError(f"patience must be at least 1, got {self.patience}")
+
+
+def is_remote(source: str) -> bool:
+    """Whether `source` names a unit elsewhere."""
+    return source.startswith(SCHEMES)
+
+
+def parse(source: str) -> tuple[str, Terms]:
+    """The place and the terms in `source`; ValueError names it and the rule."""
+    place, _, options = source.partition("?")
+    given = dict(parse_qsl(options))
+    try:
+        for name in given:
+            if name not in ("timeout", "late", "patience"):
+                raise unknown("option", name, ("timeout", "late", "patience"))
+        timeout, patience = quantity(given.get("timeout", "1"), "s"), int(given.get("patience", "10"))
+        terms = Terms(timeout, given.get("late", "stop"), patience)  # type: ignore[arg-type]
+    except ValueError as error:
+        raise ValueError(f"unit {source!r}: {error}") from None
+    return place, terms
+
+
+class RemoteSlave(Slave):
+    """See the module's docstring. late : how many answers came too late or never, in this run."""
+
+    can_serialize = False
+
+    def __init__(self, name: str, source: str) -> None:
+        self.name, self.late = name, 0
+        place, self._terms = parse(source)
+        self._child: subprocess.Popen[bytes] | None = None
+        self._sequence = self._missing = 0
+        self._place = place
+        self._last: list[tuple[float, np.ndarray]] = []
+        self._link = self._started(place.removeprefix("process:")) if place.startswith("process:") else self._connected(place)
+        try:
+            self._introduce(document(self._ask(Kind.HELLO, b"", 0.0)))
+        except NonsenseError as error:
+            self.close()
+            raise self._failed(0.0, f"sent nonsense: {error}") from None
+        except BaseException:
+            self.close()
+            raise
+
+    def _connected(self, place: str) -> Link:
+        host, colon, port = place.removeprefix("tcp://").rpartition(":")
+        if not colon or not port.isdigit() or not 0 < int(port) < 65536:
+            raise ValueError(f"unit {place!r} must be tcp://HOST:PORT")
+        try:
+            return Link(socket.create_connection((host, int(port)), timeout=5.0))
+        except OSError as error:
+            raise self._failed(0.0, f"does not answer: {error.strerror or error}") from None
+
+    def _started(self, source: str) -> Link:
+        here, there = socket.socketpair()
+        command = [sys.executable, "-m", "cosim.slaves.serving", source, str(there.fileno()), str(os.getpid())]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        with there:
+            self._child = subprocess.Popen(command, pass_fds=[there.fileno()], stdin=subprocess.DEVNULL, env=environment)
+        return Link(here)
+
+    def _introduce(self, told: Mapping[str, Any]) -> None:
+        """Signals and abilities from the unit's own words; NonsenseError where they do not fit together."""
+        try:
+            self.inputs, self.outputs, settable = (
+                tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable")
+            )
+            self.settable = {s.name: s for s in settable}
+            self.feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(len(self.outputs), len(self.inputs))
+            self.input_degree, self.can_restore = int(told["input_degree"]), bool(told["can_restore"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise NonsenseError(f"it does not introduce itself: {error}") from None
+        self.can_restore = self.can_restore and self._terms.late == "stop"  # a repeated step must find every answer
+
+    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        self._last, self._missing, self.late = [], 0, 0
+        self._ask(Kind.START, json.dumps({"values": dict(values), "t": t, "stop": stop}).encode(), t)
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        first = not self._last
+        try:
+            y = array(self._ask(Kind.OUTPUT, numbers(t, u), t, None if first else self._terms.timeout), len(self.outputs))
+        except TimeoutError:
+            return self._substitute(t)
+        except NonsenseError as error:
+            raise self._failed(t, f"sent nonsense: {error}") from None
+        self._missing = 0
+        if not np.isfinite(y).all():
+            bad = self.outputs[int(np.flatnonzero(~np.isfinite(y))[0])].name
+            raise self._failed(t, f"output {bad!r} must be finite")
+        if self._last and self._last[0][0] == t:
+            del self._last[0]
+        self._last.insert(0, (t, y))
+        del self._last[2:]
+        return y.copy()
+
+    def _substitute(self, t: float) -> np.ndarray:
+        """What counts for an answer that is not there."""
+        self.late += 1
+        self._missing += 1
+        if self._terms.late == "stop" or self._missing > self._terms.patience:
+            times = "" if self._missing == 1 else f", {self._missing} times in a row"
+            raise self._failed(t, f"gave no answer within {self._terms.timeout:g} s{times}")
+        (t1, y1), (t0, y0) = self._last[0], self._last[-1]
+        if self._terms.late == "hold" or t1 <= t0:
+            return y1.copy()
+        return y1 + (y1 - y0) * ((t - t1) / (t1 - t0))
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        self._sequence += 1
+        try:
+            self._link.send(Kind.STEP, self._sequence, numbers(t, h, U), PREPARATION)
+        except OSError as error:
+            raise self._failed(t, self._gone(error), h) from None
+
+    def save(self) -> Any:
+        return struct.unpack("<Q", self._ask(Kind.SAVE, b"", 0.0))[0], list(self._last)
+
+    def restore(self, snapshot: Any) -> None:
+        self._ask(Kind.RESTORE, struct.pack("<Q", snapshot[0]), 0.0)
+        self._last = list(snapshot[1])
+
+    def discard(self, snapshot: Any) -> None:
+        self._ask(Kind.DISCARD, struct.pack("<Q", snapshot[0]), 0.0)
+
+    def _ask(self, kind: Kind, payload: bytes, t: float, timeout: float | None = None) -> bytes:
+        """The answer to a request. TimeoutError only with a `timeout` (s); whatever else goes wrong is a SlaveError."""
+        self._sequence += 1
+        try:
+            self._link.send(kind, self._sequence, payload, PREPARATION)
+            while True:
+                answer, sequence, content = self._link.receive(timeout or PREPARATION)
+                if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR):
+                    raise NonsenseError(f"{answer.name} with number {sequence} answers nothing")
+                if sequence == self._sequence:  # an older one comes too late
+                    break
+        except TimeoutError:
+            if timeout is not None:
+                raise
+            raise self._failed(t, f"gave no answer to {kind.name} within {PREPARATION:g} s") from None
+        except NonsenseError as error:
+            raise self._failed(t, f"sent nonsense: {error}") from None
+        except (EOFError, OSError) as error:
+            raise self._failed(t, self._gone(error)) from None
+        if answer == Kind.ERROR:
+            raise self._failed(t, content.decode(errors="replace"))
+        return content
+
+    def _gone(self, error: Exception) -> str:
+        if self._child is None:
+            return f"is gone: {getattr(error, 'strerror', None) or 'the connection was closed'}"
+        try:
+            return f"is gone: its process ended with code {self._child.wait(0.5)}"
+        except subprocess.TimeoutExpired:
+            return "is gone: its process closed the connection"
+
+    def _failed(self, t: float, reason: str, h: float = 0.0) -> SlaveError:
+        return SlaveError(self.name, t, h, f"the unit at {self._place} {reason}")
+
+    def serialize(self) -> bytes:
+        raise ValueError(f"component {self.name!r} is remote and cannot serialize its state")
+
+    def deserialize(self, data: bytes) -> None:
+        raise ValueError(f"component {self.name!r} is remote and cannot serialize its state")
+
+    def jacobian(self) -> np.ndarray | None:
+        return None
+
+    def state_space(self) -> StateSpace | None:
+        return None
+
+    def close(self) -> None:
+        try:
+            self._link.send(Kind.BYE, self._sequence + 1, timeout=0.2)
+        except OSError:  # it is gone already, or takes nothing
+            pass
+        finally:
+            self._link.close()
+        if self._child is not None:
+            try:
+                self._child.wait(FAREWELL)
+            except subprocess.TimeoutExpired:
+                self._child.kill()
+                self._child.wait()

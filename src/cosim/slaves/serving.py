@@ -1,0 +1,119 @@
+"""The other end: offers a slave to a master over a stream, until that one leaves. See cosim.slaves.wire for the frames."""
+
+import ctypes
+import json
+import os
+import signal
+import socket
+import struct
+import sys
+from dataclasses import fields
+from typing import Any
+
+from cosim.errors import RunError
+from cosim.slaves import open_slave
+from cosim.slaves.base import Signal, Slave
+from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
+
+CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
+_DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
+
+
+def carried(signal_: Signal) -> dict[str, Any]:
+    """A signal as HELLO tells it."""
+    known = {f.name for f in fields(signal_)}
+    return {name: getattr(signal_, name) for name in CARRIED if name in known}
+
+
+def serve(slave: Slave, link: Link) -> None:
+    """Answer a master until it says BYE or is gone. The slave stays open."""
+    failed = ""
+    snapshots: dict[int, Any] = {}
+    count = 0
+    while True:
+        try:
+            kind, sequence, payload = link.receive()
+        except (EOFError, OSError, NonsenseError):
+            return
+        if kind == Kind.BYE:
+            return
+        answer = b""
+        try:
+            if kind == Kind.START:
+                failed = ""
+                given = document(payload)
+                values = {n: tuple(v) if isinstance(v, list) else v for n, v in given["values"].items()}
+                slave.initialize(values, float(given["t"]), float(given["stop"]))
+            elif failed:
+                pass
+            elif kind == Kind.HELLO:
+                answer = json.dumps(
+                    {
+                        "inputs": [carried(s) for s in slave.inputs], "outputs": [carried(s) for s in slave.outputs],
+                        "settable": [carried(s) for s in slave.settable.values()],
+                        "feedthrough": slave.feedthrough.astype(int).tolist(), "input_degree": slave.input_degree,
+                        "can_restore": slave.can_restore,
+                    }
+                ).encode()  # fmt: skip
+            elif kind == Kind.OUTPUT:
+                t, *u = array(payload, 1 + len(slave.inputs))
+                answer = numbers(slave.output(array(numbers(u), len(slave.inputs)), float(t)))
+            elif kind == Kind.STEP:
+                whole = array(payload, 2 + 3 * len(slave.inputs))
+                slave.step(whole[2:].reshape(3, -1), float(whole[0]), float(whole[1]))
+            elif kind == Kind.SAVE:
+                count += 1
+                snapshots[count] = slave.save()
+                answer = struct.pack("<Q", count)
+            elif kind == Kind.RESTORE:
+                slave.restore(snapshots[struct.unpack("<Q", payload)[0]])
+            elif kind == Kind.DISCARD:
+                slave.discard(snapshots.pop(struct.unpack("<Q", payload)[0]))
+        except (RunError, ValueError, KeyError, struct.error) as error:
+            failed = str(error)
+        if kind == Kind.STEP:
+            continue
+        try:
+            link.send(Kind.ERROR if failed else Kind.OK, sequence, failed.encode() if failed else answer)
+        except OSError:
+            return
+
+
+def listen(slave: Slave, address: tuple[str, int], *, once: bool = False, ready: Any = None) -> None:
+    """Offer the slave at (host, port) to one master after another; `ready` is called with the port that was taken."""
+    with socket.create_server(address) as server:
+        if ready is not None:
+            ready(server.getsockname()[1])
+        while True:
+            stream, _ = server.accept()
+            link = Link(stream)
+            try:
+                serve(slave, link)
+            finally:
+                link.close()
+            if once:
+                return
+
+
+def main(source: str, descriptor: int, parent: int) -> None:
+    """The child of cosim.slaves.remote: serves on an inherited socket and leaves with its parent."""
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+        if os.getppid() != parent:
+            return
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the master decides what Ctrl-C means
+    link = Link(socket.socket(fileno=descriptor))
+    try:
+        slave = open_slave("unit", source, in_process=True)
+    except Exception as error:  # whatever is wrong with the unit, the master shall hear of it
+        _, sequence, _ = link.receive()
+        link.send(Kind.ERROR, sequence, str(error).encode())
+        return
+    try:
+        serve(slave, link)
+    finally:
+        slave.close()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

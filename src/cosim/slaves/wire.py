@@ -1,0 +1,120 @@
+"""Frames between a master and a unit in another process or machine: a header, then numbers or a JSON document.
+
+    header   4s magic b"GCRU", u8 version 1, u8 kind, u16 0, u32 length, u64 sequence; little-endian
+    numbers  f64, little-endian
+
+| kind | request payload | answer payload |
+|---|---|---|
+| HELLO | - | JSON: inputs, outputs, settable (lists of signals), feedthrough (rows of 0 and 1), input_degree, can_restore |
+| START | JSON: values, t, stop | - |
+| OUTPUT | t, u (n_u) | y (n_y) |
+| STEP | t, h, U (3 n_u, row by row) | no answer; what went wrong is the answer to the next request |
+| SAVE | - | u64 number of the snapshot |
+| RESTORE, DISCARD | u64 number | - |
+| BYE | - | no answer; the unit closes |
+
+An answer has the kind OK, or ERROR with text, and the sequence number of its request, so that one that comes too late is
+known. Plain sockets of the standard library: one stream between two ends needs no more, any device can speak it (no pickle,
+no Python on the other side), nothing runs in a thread of its own, and a question and its answer cost some 20 us on one
+machine.
+"""
+
+import json
+import socket
+import struct
+import time
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+MAGIC, VERSION = b"GCRU", 1
+HEADER = struct.Struct("<4sBBHIQ")
+LONGEST = 1 << 24  # bytes of a payload
+
+
+class Kind(IntEnum):
+    """What a frame is."""
+
+    HELLO = 1
+    START = 2
+    OUTPUT = 3
+    STEP = 4
+    SAVE = 5
+    RESTORE = 6
+    DISCARD = 7
+    BYE = 8
+    OK = 100
+    ERROR = 101
+
+
+class NonsenseError(ValueError):
+    """What came is no frame."""
+
+
+class Link:
+    """One end of a stream. Late bytes are kept, so that a wait that timed out can be taken up again."""
+
+    def __init__(self, stream: socket.socket) -> None:
+        self.stream = stream
+        if stream.family in (socket.AF_INET, socket.AF_INET6):
+            stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._buffer = b""
+
+    def send(self, kind: Kind, sequence: int, payload: bytes = b"", timeout: float | None = None) -> None:
+        """OSError where the other end is gone, TimeoutError where it takes nothing for `timeout` (s)."""
+        self.stream.settimeout(timeout)
+        self.stream.sendall(HEADER.pack(MAGIC, VERSION, kind, 0, len(payload), sequence) + payload)
+
+    def receive(self, timeout: float | None = None) -> tuple[Kind, int, bytes]:
+        """The next frame; TimeoutError after `timeout` (s), EOFError where the other end is gone, NonsenseError for no frame."""
+        end = None if timeout is None else time.perf_counter() + timeout
+        self._fill(HEADER.size, end)
+        magic, version, kind, _, length, sequence = HEADER.unpack_from(self._buffer)
+        if magic != MAGIC or version != VERSION or kind not in list(Kind) or length > LONGEST:
+            raise NonsenseError(f"{self._buffer[: HEADER.size]!r} is no header")
+        self._fill(HEADER.size + length, end)
+        payload = self._buffer[HEADER.size : HEADER.size + length]
+        self._buffer = self._buffer[HEADER.size + length :]
+        return Kind(kind), sequence, payload
+
+    def _fill(self, wanted: int, end: float | None) -> None:
+        while len(self._buffer) < wanted:
+            if end is None:
+                self.stream.settimeout(None)
+            else:
+                left = end - time.perf_counter()
+                if left <= 0.0:
+                    raise TimeoutError
+                self.stream.settimeout(left)
+            got = self.stream.recv(65536)
+            if not got:
+                raise EOFError
+            self._buffer += got
+
+    def close(self) -> None:
+        """Close the stream."""
+        self.stream.close()
+
+
+def numbers(*parts: Any) -> bytes:
+    """Numbers and arrays one after another."""
+    return np.concatenate([np.ravel(part) for part in parts]).astype("<f8").tobytes()
+
+
+def array(payload: bytes, size: int) -> np.ndarray:
+    """The `size` numbers of a payload; NonsenseError where there are more or fewer."""
+    if len(payload) != 8 * size:
+        raise NonsenseError(f"{len(payload)} bytes are not {size} numbers")
+    return np.frombuffer(payload, "<f8").astype(float)
+
+
+def document(payload: bytes) -> dict[str, Any]:
+    """The JSON object of a payload; NonsenseError where there is none."""
+    try:
+        found = json.loads(payload)
+    except ValueError as error:
+        raise NonsenseError(f"no JSON: {error}") from None
+    if not isinstance(found, dict):
+        raise NonsenseError("no JSON object")
+    return found
