@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from cosim.cli import check, compare, converge, delay, export, info, listing, pack, paper, plot, run, sweep
+from cosim.cli import check, compare, converge, delay, export, info, listing, pack, paper, plot, run, serve, sweep
 from cosim.errors import RunError
 
 app = typer.Typer(
@@ -32,6 +32,7 @@ for name, function in (
     ("plot", plot.command),
     ("info", info.command),
     ("pack", pack.command),
+    ("serve", serve.command),
 ):
     app.command(name)(function)
 

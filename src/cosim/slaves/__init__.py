@@ -12,12 +12,16 @@ __all__ = ["RawFmi2", "Signal", "Slave", "open_fmu", "open_slave"]
 
 
 def open_slave(name: str, source: str, *, in_process: bool = False, isolate: bool = False, shelf: "Shelf | None" = None) -> Slave:
-    """The slave `name` for a source: an FMU file, or a catalogue name whose FMU is built when it is needed.
+    """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
     With `isolate` an FMU runs in a process of its own, and cannot take this one down.
     shelf : the FMUs that are open already, so that slaves of the same file share one copy.
     """
+    if source.startswith(("process:", "tcp://")):
+        from cosim.slaves.remote import RemoteSlave
+
+        return RemoteSlave(name, source)
     if in_process and not source.endswith(".fmu"):
         from cosim.slaves.in_process import ComponentSlave
 
