@@ -226,6 +226,17 @@ def test_arrays_strings_and_bytes_of_fmi_3_take_values(ssp: Ssp) -> None:
     assert (found["c.huge_out"], found["c.single_out"], found["c.tiny_out"], found["c.length"]) == (2**40, 0.25, -3, 3)
 
 
+def test_ssp_2_writes_arrays_of_text_element_by_element(ssp: Ssp) -> None:
+    label = (
+        '<ssv:Parameter name="label"><ssv:String><ssv:Value value="three"/><ssv:Value value="x y"/></ssv:String></ssv:Parameter>'
+    )
+    own = bound(label + value("u", "1 2 3", "Float64"))
+    plan = ssp(ssd(elements(component("c", source="resources/arrays.fmu", more=own))).replace('version="1.0"', 'version="2.0"'))
+    found = end(plan)
+    assert found["c.length"] == len("three") + len("x y")
+    assert found["c.total"] == 6
+
+
 def test_values_given_to_a_system_s_connector_reach_the_components_behind_it(ssp: Ssp) -> None:
     inner = (
         '<ssd:System name="sub"><ssd:Connectors>' + connector("input size Real ell") + "</ssd:Connectors>"
@@ -271,7 +282,9 @@ def test_a_system_may_hold_other_system_files_and_itself_once_more_by_id(ssp: Ss
         (elements(component("a"), component("a")), "Component 'a': element names must differ"),
         (elements("<ssd:SignalDictionaryReference name='d' dictionary='x'/>"), "signal dictionaries are not supported"),
         (elements(component("a", "input u", "input u")), "Connector 'u': connector names must differ"),
-        (elements(component("a", "inout u")), "Connector 'u': kind must be one of input, output"),
+        (elements(component("a", "bothways u")), "Connector 'u': kind must be one of input, output"),
+        (elements(component("a", "inout u"), component("b", "output y")) + connections(connection("b.y", "a.u")),
+         "connector 'u' of component 'a' must be one of input, .* to be connected, is inout"),
         (elements(component("a", "input u Real parsec")), "unit 'parsec' must be defined in the Units of the file"),
         (TWO + connections(connection("a.y", "z.u")), "the system must have an element 'z', has none"),
         (TWO + connections(connection("a.nothing", "b.u")), "component 'a' must have a connector 'nothing', has none"),

@@ -129,7 +129,11 @@ def value_of(found: Document, parameter: etree._Element) -> Any:
     kind = type_of(parameter)
     if kind is None:
         raise found.fault(parameter, "must have a value of a known type")
-    name, text = etree.QName(kind).localname, found.attribute(kind, "value")
+    name = etree.QName(kind).localname
+    several = [found.attribute(child, "value") for child in kind.iterfind("ssv:Value", NAMESPACES)]  # SSP 2.0
+    if several and name in ("String", "Enumeration", "Binary"):
+        return tuple(several)
+    text = found.attribute(kind, "value")
     if name in ("String", "Enumeration"):
         return text
     if name == "Binary":

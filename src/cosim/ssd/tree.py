@@ -11,7 +11,8 @@ from cosim.errors import WiringError
 from cosim.ssd.documents import NAMESPACES, Document, load, type_of
 from cosim.system import Port
 
-KINDS = ("input", "output", "parameter", "calculatedParameter")
+KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join
+OTHERS = ("inout", "structuralParameter", "constant", "local")
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
 DEEPEST = 50  # levels of nesting; a file that holds itself has no end
 
@@ -37,7 +38,11 @@ class Node:
         """The connector called `name`, which the connection `element` of the file names."""
         if name not in self.ports:
             raise WiringError(str(self.document.fault(element, f"{self.label} must have a connector {name!r}, has none")))
-        return self.ports[name]
+        found = self.ports[name]
+        if found.kind not in KINDS:
+            why = f"connector {name!r} of {self.label} must be one of {', '.join(KINDS)} to be connected, is {found.kind}"
+            raise WiringError(str(self.document.fault(element, why)))
+        return found
 
     @property
     def label(self) -> str:
@@ -135,8 +140,8 @@ def _ports(found: Document, element: etree._Element) -> dict[str, Port]:
     ports: dict[str, Port] = {}
     for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES):
         name, kind = found.attribute(connector, "name"), found.attribute(connector, "kind")
-        if kind not in KINDS:
-            raise found.fault(connector, f"kind must be one of {', '.join(KINDS)}, got {kind!r}")
+        if kind not in KINDS + OTHERS:
+            raise found.fault(connector, f"kind must be one of {', '.join(KINDS + OTHERS)}, got {kind!r}")
         if name in ports:
             raise WiringError(str(found.fault(connector, "connector names must differ, this one stands twice")))
         stated = type_of(connector)
