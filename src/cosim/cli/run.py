@@ -1,5 +1,6 @@
 """cosim run: one run of a system, a short summary, results in files."""
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,6 +25,7 @@ from cosim.coupling import ALGORITHMS, algorithm
 from cosim.errors import RunError
 from cosim.master import Options, Run, macro_steps, open_network
 from cosim.master import run as run_network
+from cosim.realtime import Pacer
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -50,6 +52,9 @@ def command(
     ] = False,
     in_process: InProcess = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="run every FMU in a process of its own")] = False,
+    realtime: Annotated[bool, typer.Option("--realtime", help="pace the macro steps to the wall clock, and report on it")] = False,
+    overrun: Annotated[str, typer.Option(help="a step that comes late with --realtime: count, skip or stop")] = "count",
+    priority: Annotated[int, typer.Option(help="real-time priority 1..99 with --realtime, where it is allowed")] = 0,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="write the results to a .csv or .mat file")] = None,
     select: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only, such as 'gyro.*'")
@@ -87,6 +92,7 @@ def command(
         writable(plot, figures.check_format)
     interval = seconds(every, "--every") or 0.0
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate)  # type: ignore[arg-type]
+    pacer = _pacer(h, steps, overrun, priority, adaptive) if realtime else None
     failure: RunError | None = None
     certificate = None
     with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
@@ -102,7 +108,10 @@ def command(
         )
         with progress(f"running {plan.name}") as show:
             try:
-                run = run_network(network, chosen, h, end, options=options, progress=show)
+                with pacer or nullcontext():
+                    run = run_network(
+                        network, chosen, h, end, options=options, progress=None if pacer else show, before_step=pacer
+                    )
             except RunError as error:
                 if error.partial is None:
                     raise
@@ -117,11 +126,23 @@ def command(
     if failure is not None:
         for file in written:
             console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}", markup=False)
+        if pacer is not None:
+            console().print(pacer.report().words(), markup=False)
         raise failure
     told = document(run) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
     words = summary(run, in_process) + ([] if certificate is None else certificate_words(certificate))
+    if pacer is not None:
+        told["realtime"] = pacer.report().document()
+        words.append(pacer.report().words())
     say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
     return 0 if run.status in ("done", "ended") else 1
+
+
+def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:
+    """What --realtime, --overrun and --priority ask for."""
+    if adaptive is not None:
+        raise ValueError("--realtime needs an even macro step, not --adaptive")
+    return Pacer(step, steps=steps, overrun=overrun, priority=priority)  # type: ignore[arg-type]
 
 
 def _substeps(given: list[str] | None) -> dict[str, int]:
