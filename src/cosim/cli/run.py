@@ -52,7 +52,9 @@ def command(
     ] = False,
     in_process: InProcess = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="run every FMU in a process of its own")] = False,
-    realtime: Annotated[bool, typer.Option("--realtime", help="pace the macro steps to the wall clock, and report on it")] = False,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="pace the macro steps to the wall clock, and report on it")
+    ] = False,
     overrun: Annotated[str, typer.Option(help="a step that comes late with --realtime: count, skip or stop")] = "count",
     priority: Annotated[int, typer.Option(help="real-time priority 1..99 with --realtime, where it is allowed")] = 0,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="write the results to a .csv or .mat file")] = None,
