@@ -58,28 +58,27 @@ class EnergyMeter:
         conversions = [next((a, c) for _, place, a, c in network.wires(i) if place == j) for i, j in ends]
         self._scale, self._offset = (np.array([c[k] for c in conversions]) for k in (0, 1))
         self._step = 0.0  # the last step's length, s
-        self._past = [Y[self.signals]]  # up to 3 points before the next step, oldest first
+        self._past = Y[None, self.signals]  # up to 3 points before the next step, oldest first
 
     def add(self, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> None:
         """n macro steps of h (s), shape (n,), that reached Y, shape (n, n_Y), under inputs `used`, shape (n, 2 bonds, 3)."""
         if not self.signals.size or not len(h):
             return
         known = len(self._past)
-        Z = np.array([*self._past, *Y[:, self.signals]])
+        Z = np.concatenate([self._past, Y[:, self.signals]])
         start, end = Z[known - 1 : -1], Z[known:]
         middle = self._middle(Z, known, h, self._step or float(h[0]))
         self._step = float(h[-1])
-        s = np.array([0.0, 0.5, 1.0]) * h[:, None]  # the points of Simpson's rule
-        true = np.stack([start, middle, end], axis=2)  # (n, 2 bonds, 3)
-        taken = used[:, :, :1] + used[:, :, 1:2] * s[:, None] + used[:, :, 2:] * s[:, None] ** 2 / 2
-        taken = (taken - self._offset[:, None]) / self._scale[:, None]
-        w, M, w_taken, M_taken = true[:, ::2], true[:, 1::2], taken[:, ::2], taken[:, 1::2]
-        residual = (M_taken * w - M * w_taken) * self._factor[:, None]
-        weights = np.array([1.0, 4.0, 1.0]) / 6.0
-        self._residual += np.einsum("nbs,s,n->b", residual, weights, h)
-        self._exchanged += np.einsum("nbs,s,n->b", np.abs(M * w * self._factor[:, None]), weights, h)
-        self._peak = np.maximum(self._peak, np.abs(residual).max(axis=(0, 2)))
-        self._past = list(Z[-3:])
+        for point, weight, s in ((start, 1.0, 0.0), (middle, 4.0, 0.5), (end, 1.0, 1.0)):  # Simpson's rule
+            at = (s * h)[:, None]
+            taken = used[:, :, 0] + at * (used[:, :, 1] + at * used[:, :, 2] / 2)
+            taken = (taken - self._offset) / self._scale
+            w, M = point[:, ::2], point[:, 1::2]
+            residual = (taken[:, 1::2] * w - M * taken[:, ::2]) * self._factor
+            self._residual += h @ residual * (weight / 6.0)
+            self._exchanged += h @ np.abs(M * w * self._factor) * (weight / 6.0)
+            self._peak = np.maximum(self._peak, np.abs(residual).max(axis=0))
+        self._past = Z[-3:].copy()
 
     @staticmethod
     def _middle(Z: np.ndarray, known: int, h: np.ndarray, before: float) -> np.ndarray:
@@ -102,12 +101,12 @@ class EnergyMeter:
     def state(self) -> dict[str, np.ndarray]:
         """What a checkpoint keeps."""
         sums = {"residual": self._residual, "peak": self._peak, "exchanged": self._exchanged}
-        return {**sums, "past": np.array(self._past), "step": np.array(self._step)}
+        return {**sums, "past": self._past, "step": np.array(self._step)}
 
     def resume(self, state: dict[str, np.ndarray]) -> None:
         """Go on from what state() gave."""
         self._residual, self._peak, self._exchanged = (state[k].copy() for k in ("residual", "peak", "exchanged"))
-        self._past, self._step = list(state["past"]), float(state["step"])
+        self._past, self._step = state["past"], float(state["step"])
 
 
 def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:
