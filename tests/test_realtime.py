@@ -457,3 +457,42 @@ def test_serve_is_a_command(cosim: Callable[..., Any]) -> None:
         assert (code, err) == (0, "")
         assert server.wait(10) == 0
     assert catalogue.components()
+
+
+def test_run_can_be_paced(cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:
+    paced = cosim_json("run", "wheel-pair", "--in-process", "--stop", "0.1", "--realtime", "--overrun", "skip")
+    plain = cosim_json("run", "wheel-pair", "--in-process", "--stop", "0.1")
+    assert paced["end"] == plain["end"]
+    told = paced["realtime"]
+    assert (told["steps"], told["period_s"], told["policy"]) == (100, 1e-3, "skip")
+    assert sum(told["histogram"]["counts"]) == 99
+    code, out, _ = cosim("run", "wheel-pair", "--in-process", "--stop", "0.05", "--realtime")
+    assert code == 0
+    assert "real time at 1 ms: 50 steps" in out
+    for wrong, words in (
+        (("--overrun", "panic"), "`overrun` must be one of count, skip, stop"),
+        (("--adaptive", "1e-3"), "even macro step"),
+    ):
+        code, out, err = cosim("run", "wheel-pair", "--in-process", "--stop", "0.1", "--realtime", *wrong)
+        assert (code, out, err.count("\n")) == (2, "", 1)
+        assert words in err
+
+
+def test_a_paced_run_that_stops_keeps_its_results(cosim: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every wait ends 5 ms late: the second step is late already."""
+    monkeypatch.setattr(realtime.time, "sleep", lambda s: None)
+    clock = time.perf_counter
+    shift = [0.0]
+
+    def jumping() -> float:
+        shift[0] += 1e-3
+        return clock() + shift[0]
+
+    monkeypatch.setattr(realtime, "time", type("T", (), {"perf_counter": staticmethod(jumping), "sleep": lambda s: None}))
+    code, _, err = cosim(
+        "run", "wheel-pair", "--in-process", "--stop", "0.1", "--realtime", "--overrun", "stop", "--output", "r.csv"
+    )
+    assert code == 1
+    assert "kept the results" in err
+    assert "real time: step 2 must begin" in err
+    assert Path("r.csv").is_file()
