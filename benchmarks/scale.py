@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from cosim import Connection, GaussSeidel, Jacobi, Part, System, catalogue
+from cosim.march import Options
 from cosim.master import open_network, run
 
 STEP = 1e-3
-FMU_STEPS = 200_000  # FMUs times macro steps of each run
+FMU_STEPS = 2_000_000  # FMUs times macro steps of each run
 
 
 def pairs(n: int) -> System:
@@ -39,7 +40,7 @@ def main() -> None:
             opened = (time.perf_counter() - began) / (2 * n)
             cost, inside = [], 0.0
             for algorithm in (Jacobi(1), GaussSeidel(1)):
-                run(network, algorithm, STEP, 3 * STEP)  # what is compiled or built once
+                run(network, algorithm, STEP, 5 * STEP, options=Options(compiled=True))  # what is compiled or built once
                 done = run(network, algorithm, STEP, steps * STEP)
                 cost.append(done.timing.loop_s / steps / (2 * n))
                 inside = inside or sum(done.timing.do_step_s.values()) / done.timing.loop_s
