@@ -248,3 +248,20 @@ def test_sampling_periods_fit_the_step_or_not(period: float, fits: bool) -> None
     else:
         with pytest.raises(ValueError, match=r"p must divide the macro step of .* or be a multiple"):
             check_period("p", period, 1e-3)
+
+
+def test_rounding_is_not_compared_with_rounding() -> None:
+    """What rests in the reference, to rounding, and moves elsewhere differs by all of itself; what rests in both, by nothing."""
+    t = np.arange(100) * 0.01
+    noise = 1e-14 * np.sin(37 * t)
+    assert difference(t, noise, 2 * noise, rest=1e-9).rms == 0.0
+    d = difference(t, noise, np.sin(t), rest=1e-9)
+    assert (d.rms, d.peak, d.reference_peak) == (pytest.approx(1.0), pytest.approx(1.0), 0.0)
+
+
+def test_a_whole_system_stands_for_a_variant(tmp_path: Path) -> None:
+    file = tmp_path / "pair.ssd"
+    file.write_bytes(catalogue.systems()["wheel-pair"].read_bytes())
+    result = compare(system("wheel-pair"), ["linear", str(file)], stop=0.5, in_process=True, responses=False)
+    assert result.candidates[1].label == "pair.ssd"
+    assert all(d.rms == 0.0 for d in result.candidates[1].differences.values())

@@ -17,10 +17,13 @@ from cosim.master import Run, open_network, run
 from cosim.network import Network
 from cosim.response import Response, measure
 from cosim.slaves import open_slave
+from cosim.ssd import system as named_system
 from cosim.system import System
 from cosim.tolerance import Tolerances
 from cosim.trajectory import Trajectory
 from cosim.unit_energy import UnitEnergy, energies
+
+REST = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +81,8 @@ def compare(
 ) -> Comparison:
     """Run `system` with each of `variants` in the place of `family` and compare with the first.
 
-    variants : sources as System.with_source takes them, each perhaps with values of its own: "hil,rate_delay=5ms".
+    variants : sources as System.with_source takes them, each perhaps with values of its own: "hil,rate_delay=5ms"; or the file
+        of a whole system, for a unit whose signals are called otherwise.
     values : ("component.variable", value) for all; those of the family go to the variants that have the variable.
     tolerances : where None, 5 % of rms and peak on every signal of the other components.
     responses : whether to measure the frequency responses too.
@@ -127,7 +131,8 @@ def _plan(
     members = system.members(family)
     values = [(f"{p.name}.{n}", v) for p in system.parts if p.name in members for n, v in p.values.items()] + list(values)
     bare = replace(system, parts=tuple(replace(p, values={}) if p.name in members else p for p in system.parts))
-    plan, ignored = bare.with_source(family, source), []
+    plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(family, source)
+    ignored = []
     first = next(part for part in plan.parts if part.name in members)
     slave = open_slave(first.name, first.source, in_process=in_process)
     try:
@@ -232,8 +237,17 @@ def _judged(reference: Candidate, own: Candidate, tolerances: Tolerances) -> Can
 
 
 def judge(reference: Trajectory, own: Trajectory, tolerances: Tolerances) -> tuple[dict[str, Difference], list[str]]:
-    """The differences of every signal that both have, and in words which of them are beyond the tolerances."""
-    found = {n: difference(reference.t, reference[n], own[n]) for n in reference.names if n in own.names}
+    """The differences of every signal that both have, and in words which of them are beyond the tolerances.
+
+    A signal is at rest below REST of the largest one of its unit, or of 1 in SI.
+    """
+    largest: dict[str, float] = {}
+    for name, unit in zip(reference.names, reference.units, strict=True):
+        largest[unit] = max(largest.get(unit, 1.0), float(np.abs(reference[name]).max()))
+    found = {
+        n: difference(reference.t, reference[n], own[n], REST * largest[reference.unit(n)])
+        for n in reference.names if n in own.names
+    }  # fmt: skip
     broken = []
     for name, d in found.items():
         limits = tolerances.limits(name)

@@ -114,7 +114,7 @@ def by_eigenvalues(setting: Setting, model: Model | None = None) -> Margin:
 
 
 def by_runs(setting: Setting, progress: Progress | None = None) -> Margin:
-    """The largest stable delay from runs."""
+    """The largest stable delay from runs, which must hold several periods of the slowest motion for growth to show."""
 
     def stable(d: float) -> bool:
         try:

@@ -23,8 +23,12 @@ class Difference:
     own_peak: float
 
 
-def difference(t: np.ndarray, reference: np.ndarray, own: np.ndarray) -> Difference:
-    """The difference of `own` from `reference`, both shape (n,) at the evenly spaced times `t` (s)."""
+def difference(t: np.ndarray, reference: np.ndarray, own: np.ndarray, rest: float = 0.0) -> Difference:
+    """The difference of `own` from `reference`, both shape (n,) at the evenly spaced times `t` (s).
+
+    rest : what never exceeds this counts as zero throughout, so that rounding is not compared with rounding.
+    """
+    reference, own = (np.zeros_like(v) if np.abs(v).max() <= rest else v for v in (reference, own))
     largest, own_largest = float(np.abs(reference).max()), float(np.abs(own).max())
     size = _rms(reference) or _rms(own)
     shift, correlation = time_shift(t, reference, own)

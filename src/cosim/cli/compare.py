@@ -11,6 +11,8 @@ from cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_syste
 from cosim.compare import Candidate, Comparison, compare
 from cosim.coupling import ALGORITHMS, algorithm
 
+LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
+
 
 def command(
     system: SystemName,
@@ -89,7 +91,10 @@ def _words(result: Comparison) -> list[str | Table]:
     assert reference.run is not None
     members = result.system.members(result.family)
     shown = [n for n in reference.differences if n.partition(".")[0] not in members or result.tolerances.limits(n)]
-    shown = [n for n in shown if reference.run.trajectory[n].min() < reference.run.trajectory[n].max()]
+    moving = [n for n in shown if any(c.differences[n].rms > 0 for c in others if n in c.differences)]
+    moving.sort(key=lambda n: -max(c.differences[n].rms for c in others if n in c.differences))
+    shown = [n for n in shown if n in moving[:LONGEST_TABLE]]
+    left_out = len(moving) - len(shown)
     table = Table("signal", "variant", "rms", "peak", "time shift", "correlation", "largest value", "reference", "unit", box=None,
                   pad_edge=False)  # fmt: skip
     for column in table.columns[2:8]:
@@ -109,8 +114,12 @@ def _words(result: Comparison) -> list[str | Table]:
         "difference over the reference's rms and largest value",
         table, "", _energy_table(result), "",
     ]  # fmt: skip
+    if left_out:
+        words.insert(2, f"and {left_out} signals that differ less; --json has all")
     for c in others:
-        words.append(f"{c.label}: {'yes' if c.verdict else 'no'}" + "".join(f"\n  {v}" for v in c.violations))
+        more = len(c.violations) - LONGEST_LIST
+        listed = [*c.violations[:LONGEST_LIST], *([f"and {more} more"] if more > 0 else [])]
+        words.append(f"{c.label}: {'yes' if c.verdict else 'no'}" + "".join(f"\n  {v}" for v in listed))
         if c.ignored:
             words.append(f"  (has no {', '.join(c.ignored)})")
     if reference.ignored:
