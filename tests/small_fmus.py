@@ -18,6 +18,7 @@ MIXED = """<?xml version="1.0" encoding="UTF-8"?>
     <Unit name="furlong"><BaseUnit m="1" factor="201.168"/></Unit>
     <Unit name="chain"><BaseUnit m="1" factor="20.1168"/></Unit>
     <Unit name="cubit"/>
+    <Unit name="uphill"><BaseUnit m="1" offset="100"/></Unit>
   </UnitDefinitions>
   <TypeDefinitions>
     <SimpleType name="Mode"><Enumeration>

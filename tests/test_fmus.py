@@ -225,6 +225,28 @@ def test_descriptions_that_break_the_rules_are_refused_with_file_and_line(tmp_pa
         assert "\n" not in str(caught.value)
 
 
+def test_units_with_an_offset_are_shifted(tmp_path: Path) -> None:
+    """Heights "uphill" count from 100 m."""
+    m, a = small_fmus.mixed(tmp_path, unit_out="uphill"), small_fmus.arrays(tmp_path)
+    plan = System("s", (Part("m", str(m), {"u": 3.0}), Part("a", str(a))), (Connection(("m", "y"), ("a", "u[1]")),))
+    end = simulate(plan, step=0.01, stop=0.05, algorithm=Jacobi(0)).trajectory.end()
+    assert (end["m.y"], end["a.y[1]"]) == (6, 106)
+
+
+def test_an_output_whose_dependencies_are_not_stated_depends_on_every_input(tmp_path: Path) -> None:
+    file = small_fmus.mixed(tmp_path)
+    with zipfile.ZipFile(file) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, data in members.items():
+            archive.writestr(name, data.replace(b'index="2" dependencies=""', b'index="2"'))
+    slave = open_slave("m", str(file))
+    assert {s.name: row.all() for s, row in zip(slave.outputs, slave.feedthrough, strict=True)} == {
+        "y": True, "count": False, "mode_out": False, "on_out": False,
+    }  # fmt: skip
+    slave.close()
+
+
 def test_an_array_of_absurd_size_is_refused(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "bad.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", small_fmus.ARRAYS.replace('Dimension start="3"', 'Dimension start="4000000000"'))

@@ -174,6 +174,17 @@ def test_nested_systems_are_flattened_through_connectors_on_every_level(ssp: Ssp
     assert found["out/in/b.count"] == 10 + sum(range(10))  # held: one step behind
 
 
+def test_transformations_on_several_levels_act_in_the_order_of_the_way(ssp: Ssp) -> None:
+    inner = (
+        '<ssd:System name="sub"><ssd:Connectors>' + connector("input way") + "</ssd:Connectors>"
+        + elements(component("b", "input u"))
+        + connections(connection("way", "b.u", '<ssc:LinearTransformation factor="2" offset="3"/>')) + "</ssd:System>"
+    )  # fmt: skip
+    wire = connection("a.y", "sub.way", '<ssc:LinearTransformation factor="10" offset="1"/>')
+    plan = ssp(START + elements(component("a", "output y"), inner) + connections(wire))
+    assert end(plan)["sub/b.y"] == pytest.approx(2 * (2 * (10 * 3 + 1) + 3))
+
+
 def test_mapping_tables_turn_numbers_into_numbers(ssp: Ssp) -> None:
     table = "".join(f'<ssc:MapEntry source="{k}" target="{10 * k}"/>' for k in range(11))
     wire = connection("a.count", "b.add", f"<ssc:IntegerMappingTransformation>{table}</ssc:IntegerMappingTransformation>")

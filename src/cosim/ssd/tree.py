@@ -12,7 +12,7 @@ from cosim.ssd.documents import NAMESPACES, Document, load, type_of
 from cosim.system import Port
 
 KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join
-OTHERS = ("inout", "structuralParameter", "constant", "local")
+OTHERS = ("inout", "unspecified", "structuralParameter", "constant", "local")
 FMU, SSD, SSP = "application/x-fmu-sharedlibrary", "application/x-ssp-definition", "application/x-ssp-package"
 DEEPEST = 50  # levels of nesting; a file that holds itself has no end
 
