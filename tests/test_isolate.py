@@ -2,7 +2,9 @@
 
 import os
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import small_fmus
 from small_fmus import FAULTS
 
 from cosim import Connection, Part, SlaveError, System, simulate, system
+from cosim.packing import pack
 from cosim.slaves import open_slave
 from cosim.slaves.isolated import IsolatedSlave
 
@@ -99,3 +102,12 @@ def test_states_and_derivatives_cross_the_wall() -> None:
 def test_an_fmu_that_cannot_be_opened_is_wrong_use_as_ever(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"none\.fmu' must exist"):
         open_slave("s", str(tmp_path / "none.fmu"), isolate=True)
+
+
+def test_the_command_line_survives_a_crash_and_keeps_the_results(tmp_path: Path, cosim: Callable[..., Any]) -> None:
+    pack(broken(tmp_path, "crash"), tmp_path / "bad.ssp")
+    code, _, err = cosim("run", "bad.ssp", "--isolate", "--output", "kept.csv")
+    assert code == 1
+    assert "component 'bad' failed at t = 0.04 s over a step of 0.01 s: its process was ended by signal 11" in err
+    assert "it broke at 0.04 s: oh no" in err
+    assert len((tmp_path / "kept.csv").read_text().splitlines()) == 1 + 5  # header, t = 0 to 0.04 s
