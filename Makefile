@@ -15,10 +15,10 @@ run: $(READY)
 	$(BIN)/cosim run lrt-curve --set vehicle.speed=8 --gyro nonlinear --set gyro.rotor_speed=2000rpm --record-every 10 --output results/lrt-curve.csv --plot results/lrt-curve.png
 
 test: $(DEVELOP)
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile
 
 test-all: $(DEVELOP)
-	$(BIN)/python -m pytest -q -m "slow or not slow"
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile -m "slow or not slow"
 
 check: $(DEVELOP)
 	$(BIN)/ruff check .

@@ -1,6 +1,7 @@
 """Fixtures for all rooms: built FMUs are shared by the whole session, and no test leaves files behind."""
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,14 @@ from cosim.cli import main
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """FMUs of this session are built from this tree's sources and kept apart from the user's."""
+    """FMUs of this session are built from this tree's sources and kept apart from the user's.
+
+    The workers of pytest-xdist share them: each has a folder of its own below that of the session.
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("GYRO_COSIM_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("GYRO_COSIM_CACHE", str(shared / "cache"))
         yield
 
 
