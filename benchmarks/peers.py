@@ -5,7 +5,7 @@ the FMUs' functions (contenders/loop.c). Every contender runs in a process of it
 fastest counts, since machines are shared and drift. Peers are installed from the package index into an environment of
 their own; one that cannot be had, or fails, is a row with the reason.
 
-    python benchmarks/peers.py [--steps N] [--rounds N] [--offline]
+    python benchmarks/peers.py [--steps N] [--rounds N] [--offline] [--only NAME,...]
 
 Exit code 1 if a contender that ran disagrees about the result.
 """
@@ -14,6 +14,7 @@ import argparse
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -69,10 +70,12 @@ def main() -> int:
     parser.add_argument("--steps", type=int, default=100_000, help="macro steps of 1 ms")
     parser.add_argument("--rounds", type=int, default=2, help="how often each contender runs")
     parser.add_argument("--offline", action="store_true", help="install nothing")
+    parser.add_argument("--only", metavar="NAME,...", help="these contenders alone, beside the yardstick and ourselves")
     options = parser.parse_args()
     if not options.offline:
         install()
-    results = measured(options.steps, options.rounds)
+    chosen = None if options.only is None else {YARDSTICK, OURS, *options.only.split(",")}
+    results = measured(options.steps, options.rounds, [c for c in CONTENDERS if chosen is None or c.name in chosen])
     exact = Monolith(system("wheel-pair")).solve(np.array([0.0, STEP * options.steps])).end()
     return report(results, exact, options.steps)
 
@@ -93,7 +96,7 @@ def interpreter(peer: bool) -> str:
     return str(PEERS / "bin" / "python") if peer else sys.executable
 
 
-def measured(steps: int, rounds: int) -> dict[tuple[str, str], Result]:
+def measured(steps: int, rounds: int, contenders: Sequence[Contender]) -> dict[tuple[str, str], Result]:
     """(name, algorithm) -> result; rounds go over all contenders in turn."""
     fmus = {"vehicle": str(catalogue.fmu("vehicle:wheel_pair")), "gyro": str(catalogue.fmu("gyro_unit:linear"))}
     outputs = {
@@ -103,7 +106,7 @@ def measured(steps: int, rounds: int) -> dict[tuple[str, str], Result]:
     wires = [("vehicle", "yaw_rate", "gyro", "yaw_rate"), ("gyro", "yaw_moment", "vehicle", "yaw_moment")]
     results: dict[tuple[str, str], Result] = {}
     for _ in range(rounds):
-        for contender in CONTENDERS:
+        for contender in contenders:
             for algorithm in contender.algorithms:
                 result = results.setdefault((contender.name, algorithm), Result())
                 for log in (True,) if contender.always_logs else (False, True):
