@@ -1,5 +1,8 @@
 """FMUs of all sorts: both FMI versions, variables of every type, arrays, states that are kept, and what must be refused."""
 
+import os
+import subprocess
+import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -265,3 +268,13 @@ def test_members_that_lie_outside_are_refused_on_every_system(tmp_path: Path) ->
         with pytest.raises(ValueError, match=r"bad\.fmu': member .* (must lie inside the archive|is a symbolic link)"):
             open_slave("s", str(file))
     assert [p.name for p in tmp_path.iterdir()] == ["bad.fmu"]
+
+
+def test_a_program_that_forgets_to_close_leaves_no_temporary_folder(tmp_path: Path) -> None:
+    code = "import sys; from cosim.slaves import open_slave; a = open_slave('a', sys.argv[1]); a.initialize({}, 0.0, 1.0)"
+    file = small_fmus.mixed(tmp_path)
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONDONTWRITEBYTECODE": "1"}
+    subprocess.run([sys.executable, "-c", code, str(file)], env=environment, check=True)
+    assert list(scratch.iterdir()) == []

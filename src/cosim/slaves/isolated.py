@@ -13,6 +13,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import weakref
 from collections.abc import Mapping
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
@@ -39,6 +40,7 @@ class IsolatedSlave(Slave):
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience = name, patience
         self._folder = Path(tempfile.mkdtemp(prefix="cosim-"))  # the child's temporary files: it may not live to remove them
+        self._remove_folder = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)  # at exit at the latest
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
         self._connection, theirs = Pipe()
         command = [sys.executable, "-m", __name__, str(theirs.fileno()), str(os.getpid())]
@@ -140,7 +142,7 @@ class IsolatedSlave(Slave):
     def _remove(self) -> None:
         self._connection.close()
         self._words.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._remove_folder()
 
 
 def serve(connection: Connection) -> None:

@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import tempfile
+import weakref
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ class OpenedFmu:
         self.description: Description = read(location)
         self.logs: dict[int, Log] = {}
         self.folder = Path(tempfile.mkdtemp(prefix="cosim-"))
+        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)  # at exit at the latest
         self._formatted: Any = None
         self._kept: list[Any] = []
         try:
@@ -41,7 +43,7 @@ class OpenedFmu:
             identifier = self.description.interfaces["CoSimulation"]["modelIdentifier"]
             self.library = Library(self.folder, self.description.version, identifier, f"FMU {location!r}")
         except BaseException:
-            shutil.rmtree(self.folder, ignore_errors=True)
+            self._remove()
             raise
 
     @property
@@ -59,7 +61,7 @@ class OpenedFmu:
         self.users -= 1
         if self.users == 0:
             self.library.close()
-            shutil.rmtree(self.folder, ignore_errors=True)
+            self._remove()
 
     def logger_2(self) -> Any:
         """The address of an FMI 2.0 logger that formats messages and hands them to the slave that listens."""
