@@ -53,7 +53,7 @@ def test_time_shift_is_found_between_samples(shift: float, start: float) -> None
         return np.exp(-0.1 * t) * np.sin(2.0 * t + start)
 
     found, correlation = time_shift(t, wave(t), 0.7 * wave(t - shift))
-    assert found == pytest.approx(shift, abs=0.0025)  # half a sample
+    assert found == pytest.approx(shift, abs=5e-4 + 5e-3 * abs(shift))  # a tenth of a sample; the decay pulls a little
     assert correlation > 0.999
 
 

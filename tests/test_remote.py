@@ -200,6 +200,7 @@ def test_a_child_leaves_with_a_master_that_is_killed() -> None:
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as master:
         assert master.stdout is not None
         pid = int(master.stdout.readline())
+        os.kill(pid, signal.SIGSTOP)  # not even the closed stream can tell it
         master.kill()
     for _ in range(100):
         if not Path(f"/proc/{pid}").exists() or "Z" in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]:
