@@ -162,7 +162,7 @@ def test_sub_steps_of_one_component_take_the_inputs_along() -> None:
     def error(parts: int) -> float:
         with open_network(chain, in_process=True, substeps={"right": parts}) as network:
             network.slaves[1].input_degree = 0
-            got = run(network, GaussSeidel(1), 0.04, 2.0).trajectory
+            got = run(network, GaussSeidel(2), 0.04, 2.0).trajectory
         return float(np.abs(got["right.force"] - reference.solve(got.t)["right.force"]).max())
 
     with open_network(oscillators.pair(), in_process=True) as network:

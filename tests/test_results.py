@@ -15,6 +15,7 @@ from cosim.coupling import Algorithm
 from cosim.master import Options
 from cosim.monolith import Monolith
 from cosim.recording import Recording
+from cosim.system import Part, StopWhen, System
 from cosim.trajectory import read_csv
 
 PAIR = system("wheel-pair")
@@ -137,3 +138,17 @@ def test_trajectories_become_frames_and_datasets() -> None:
     dataset = trajectory.to_xarray()
     assert dataset["vehicle.yaw_rate"].attrs["units"] == "rad/s"
     np.testing.assert_array_equal(dataset["vehicle.yaw_rate"].sel(time=0.0), trajectory["vehicle.yaw_rate"][0])
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_a_stop_condition_ends_the_run_at_the_step_where_it_holds(in_process: bool) -> None:
+    """Some steps later the component could not even go on: what it did there is dropped, and no error."""
+    clock = System(
+        "s", (Part("clock", f"{oscillators.HERE}:fails"),), (),
+        stop_when=(StopWhen(("clock", "reading"), 0.5, "half a second has passed"),),
+    )  # fmt: skip
+    run = simulate(clock, step=0.02, stop=1.0, in_process=in_process)
+    assert run.status == "ended"
+    assert run.ended_by == "half a second has passed at t = 0.52 s"
+    assert run.trajectory.t[-1] == pytest.approx(0.52)
+    assert run.trajectory["clock.reading"][-1] == pytest.approx(0.52)

@@ -157,8 +157,8 @@ def run(
     try:
         march.go(progress, before_step)
         status = "ended" if march.ended_by else "done"
-        # Every slave is left with the inputs of the end, for what asks it afterwards.
-        network.outputs(march.history.Y[0].copy(), march.history.t[0])
+        if status == "done":  # every slave is left with the inputs of the end, for what asks it afterwards
+            network.outputs(march.history.Y[0].copy(), march.history.t[0])
     except KeyboardInterrupt:
         status = "interrupted"
     except RunError as error:
