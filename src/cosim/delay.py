@@ -4,8 +4,8 @@ Two ways that must agree: the eigenvalues (or the course) of the sampled, delaye
 for a linear system under Jacobi; and bisection on runs, which take any component, algorithm and compensator. In a loop only
 the sum of the delays there and back counts for stability, so the delay is put on the way back.
 
-A run is unstable where the motion at the power bonds grows: its rms over the last third of the run is larger than over the
-second.
+A run is unstable where the motion at the power bonds has grown: its rms over the last third of the run is larger than over the
+first or the second. (Larger than the first: a nonlinear unit may hold the growth at an oscillation that lasts.)
 """
 
 from collections.abc import Callable
@@ -124,8 +124,8 @@ def by_runs(setting: Setting, progress: Progress | None = None) -> Margin:
         except RunError:
             return False
         w = result.trajectory.values[:, motions]
-        second, last = w[len(w) // 3 : 2 * len(w) // 3], w[2 * len(w) // 3 :]
-        return float((last**2).mean()) <= float((second**2).mean())
+        first, second, last = (float((part**2).mean()) for part in np.array_split(w, 3))
+        return last <= min(first, second)
 
     return largest(stable, setting, progress)
 
