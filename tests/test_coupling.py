@@ -12,6 +12,7 @@ from cosim.coupling import Algorithm, History, Iterated
 from cosim.master import open_network, run
 from cosim.monolith import Monolith
 from cosim.network import projected
+from cosim.system import StopWhen
 
 ALGORITHMS = [
     *(method(degree) for method in (Jacobi, GaussSeidel) for degree in range(3)),
@@ -43,6 +44,16 @@ def test_the_run_tends_to_the_reference(algorithm: Algorithm, variant: str, refe
     assert result.reference == reference
     assert result.ladders[0].errors[-1] < 5e-7  # 1 ms, third order, time constants of 0.1 s
     assert result.ladders[0].errors[-1] < result.ladders[0].errors[0] / 40
+
+
+def test_a_step_too_coarse_to_get_through_is_a_rung_that_fails() -> None:
+    """At 0.4 s Jacobi with degree 0 blows up and the run ends early; the ladder says so and goes on with finer steps."""
+    watched = replace(oscillators.pair(), stop_when=(StopWhen(("left", "position"), 10.0, "blown up"),))
+    result = converge(watched, [Jacobi(0)], step=0.4, rungs=8, stop=20.0, in_process=True)
+    errors = result.ladders[0].errors
+    assert errors[0] == np.inf
+    assert not result.ladders[0].used[0]
+    assert errors[-1] < 0.2
 
 
 def test_the_two_references_agree_on_the_linear_case() -> None:

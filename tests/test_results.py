@@ -145,7 +145,7 @@ def test_a_stop_condition_ends_the_run_at_the_step_where_it_holds(in_process: bo
     """Some steps later the component could not even go on: what it did there is dropped, and no error."""
     clock = System(
         "s", (Part("clock", f"{oscillators.HERE}:fails"),), (),
-        stop_when=(StopWhen(("clock", "reading"), 0.5, "half a second has passed"),),
+        stop_when=(StopWhen(("clock", "reading"), 0.51, "half a second has passed"),),
     )  # fmt: skip
     run = simulate(clock, step=0.02, stop=1.0, in_process=in_process)
     assert run.status == "ended"

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cosim.coupling import Algorithm
+from cosim.errors import RunError
 from cosim.master import macro_steps, open_network, run
 from cosim.monolith import Monolith
+from cosim.network import Network
 from cosim.system import System
 
 # The fit leaves out errors outside this range: above it the error is no longer proportional to a power of the step,
@@ -19,7 +21,8 @@ ASYMPTOTIC = (1e-9, 0.1)
 class Ladder:
     """Errors of one algorithm at falling macro steps (s).
 
-    errors : for each step the largest over outputs of max |y - y_ref| / max |y_ref|, on the grid of the coarsest step.
+    errors : for each step the largest over outputs of max |y - y_ref| / max |y_ref|, on the grid of the coarsest step;
+    infinite where a run did not reach its end.
     used : which of them the fit of `observed_order` rests on; NaN where fewer than two do.
     """
 
@@ -61,21 +64,31 @@ def converge(
         raise ValueError(f"`rungs` must be at least 2, got {rungs}")
     monolith = Monolith(system)
     reference = monolith.solve(np.arange(n + 1) * step).values
-    size = np.abs(reference).max(axis=0)
-    moving = size > 0.0
     steps = tuple(step / 2**i for i in range(rungs))
     work, done, ladders = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
     with open_network(system, in_process=in_process) as network:
         for algorithm in algorithms:
             errors = []
             for i, h in enumerate(steps):
-                values = run(network, algorithm, h, stop).trajectory.values[:: 2**i]
-                errors.append(float((np.abs(values - reference).max(axis=0)[moving] / size[moving]).max()))
+                errors.append(_error(network, algorithm, h, stop, 2**i, reference))
                 done += 2**i
                 if progress is not None:
                     progress(done, work)
             ladders.append(_ladder(algorithm, steps, errors))
     return Convergence(system, stop, "matrix exponential" if monolith.is_linear else "monolith, DOP853", tuple(ladders))
+
+
+def _error(network: Network, algorithm: Algorithm, h: float, stop: float, every: int, reference: np.ndarray) -> float:
+    """The largest error of an output relative to its size; infinite where the run does not reach its end."""
+    try:
+        result = run(network, algorithm, h, stop)
+    except RunError:  # too coarse a step to get through: that is a result of the ladder
+        return float("inf")
+    if result.status != "done":
+        return float("inf")
+    size = np.abs(reference).max(axis=0)
+    moving = size > 0.0
+    return float((np.abs(result.trajectory.values[::every] - reference).max(axis=0)[moving] / size[moving]).max())
 
 
 def _ladder(algorithm: Algorithm, steps: tuple[float, ...], errors: list[float]) -> Ladder:

@@ -109,6 +109,7 @@ def convergence(result: "Convergence") -> "Figure":
     for ladder in result.ladders:
         a = ladder.algorithm
         h, e, used = np.array(ladder.steps), np.array(ladder.errors), np.array(ladder.used)
+        e[~np.isfinite(e)] = np.nan  # a run that did not get through has no place here
         style = {"color": COLOURS[a.degree], "marker": markers.get(a.name, "^"), "linestyle": "-" if a.name == "jacobi" else "--"}
         ax.loglog(
             h * 1e3,
@@ -121,7 +122,7 @@ def convergence(result: "Convergence") -> "Figure":
         ax.loglog(h[~used] * 1e3, e[~used], "x", color="0.3", markersize=9)
     low, high = min(result.ladders[0].steps) * 1e3, max(result.ladders[0].steps) * 1e3
     for degree in sorted({ladder.algorithm.degree for ladder in result.ladders}):
-        top = max(max(x.errors) for x in result.ladders if x.algorithm.degree == degree)
+        top = max(e for x in result.ladders if x.algorithm.degree == degree for e in x.errors if np.isfinite(e))
         ax.loglog([low, high], [3 * top * (low / high) ** (degree + 1), 3 * top], color="0.6", linewidth=0.8, linestyle=":")
         ax.annotate(f"slope {degree + 1}", (low, 3 * top * (low / high) ** (degree + 1)), color="0.4", fontsize=8,
                     xytext=(0, 6), textcoords="offset points", rotation=0)  # fmt: skip

@@ -56,7 +56,7 @@ def command(
             "algorithms": [
                 {
                     "algorithm": ladder.algorithm.name, "order": ladder.algorithm.degree, "steps": ladder.steps,
-                    "errors": ladder.errors, "expected_order": ladder.algorithm.order,
+                    "errors": [finite(e) for e in ladder.errors], "expected_order": ladder.algorithm.order,
                     "observed_order": finite(ladder.observed_order),
                 }
                 for ladder in result.ladders
@@ -69,7 +69,10 @@ def command(
         column.justify = "right"
     for ladder in result.ladders:
         a = ladder.algorithm
-        errors = [f"{e:.2e}" + ("" if u else " x") for e, u in zip(ladder.errors, ladder.used, strict=True)]
+        errors = [
+            ("fails" if e == float("inf") else f"{e:.2e}") + ("" if u else " x")
+            for e, u in zip(ladder.errors, ladder.used, strict=True)
+        ]
         table.add_row(a.name, str(a.degree), *errors, f"{ladder.observed_order:.2f}", str(a.order))
     words: list[str | Table] = [
         f"{plan.name} to t = {result.stop:g} s: largest relative error of an output against the {result.reference}",
