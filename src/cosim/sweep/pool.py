@@ -25,6 +25,7 @@ from cosim.sweep.runner import Row, Runner, row_of
 
 AHEAD = 0.5  # s of work that a worker may hold
 REPORT = 0.1  # s between a worker's reports
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read when the libraries are loaded
 MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
 
 
@@ -59,6 +60,18 @@ def work(connection: Connection, frame: Frame, files: Mapping[str, str], scratch
         runner.close()
         with contextlib.suppress(OSError):  # not empty: another worker is there still, or the parent will see to it
             Path(scratch).rmdir()
+
+
+@contextlib.contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Processes started inside use one thread each for linear algebra: there is one process a core, and waiting threads spin."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update({name: "1" for name, value in before.items() if value is None})
+    try:
+        yield
+    finally:
+        for name in [name for name, value in before.items() if value is None]:
+            del os.environ[name]
 
 
 @dataclass(eq=False)
@@ -124,7 +137,8 @@ class Pool:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         process = context.Process(target=work, args=(theirs, self._frame, dict(self._files), self._scratch), daemon=True)
-        process.start()
+        with _single_threaded():
+            process.start()
         theirs.close()
         return _Worker(process, ours)
 
