@@ -1,5 +1,6 @@
 """Sweeps: axes, rows, files, wrong use, a full disk, maps. test_sweep_workers.py: the processes that do them."""
 
+import dataclasses
 import errno
 import os
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from cosim import GaussSeidel, Jacobi, Part, System, simulate, system
 from cosim.sweep import Listed, Ranged, Sweep, load, parse, sweep
 from cosim.sweep.axes import latin_hypercube, points
 from cosim.sweep.store import journal_of
+from cosim.system import StopWhen
 
 SPIN = {"gyro.rotor_speed": "0rpm:300rpm:6"}
 FAILS = System("alone", (Part("clock", f"{oscillators.HERE}:fails"),), ())
@@ -108,6 +110,16 @@ def test_a_failed_run_is_a_row_with_its_error_and_what_came_before(tmp_path: Pat
     assert "component 'clock' failed at t = 0.4" in table["error"][bad]
     assert table["t_end"][[bad, good]] == pytest.approx([0.3, 1.0])
     assert table["clock.reading.end"][bad] == pytest.approx(0.3)
+
+
+def test_a_run_that_a_stop_condition_ends_says_so(tmp_path: Path) -> None:
+    stop = StopWhen(("vehicle", "lateral_displacement"), 0.002, "out of the gauge")
+    plan = dataclasses.replace(system("wheel-pair"), stop_when=(stop,))
+    sweep(Sweep(plan, {"vehicle.lateral_displacement": "0.0015,-1"}, stop=0.05), tmp_path / "a.npz", workers=1)
+    table = load(tmp_path / "a.npz")
+    assert table["status"].tolist() == ["ended", "done"]
+    assert table["ended_by"][0].startswith("out of the gauge at t = ")
+    assert table["t_end"][0] < 0.05 == table["t_end"][1]
 
 
 def test_starting_again_repeats_nothing_and_extending_adds(tmp_path: Path) -> None:

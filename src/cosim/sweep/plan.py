@@ -20,8 +20,8 @@ from cosim.sweep.inquiry import MEASURES, Inquiry
 from cosim.system import System
 
 CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
-FIXED = ("status", "error", "steps", "t_end", "wall_s", "energy_residual", "energy_exchanged")
-TEXT = ("run", "status", "error")
+FIXED = ("status", "error", "ended_by", "steps", "t_end", "wall_s", "energy_residual", "energy_exchanged")
+TEXT = ("run", "status", "error", "ended_by")
 UNITS = {"energy_residual": "J", "energy_exchanged": "J", "t_end": "s", "wall_s": "s", "step": "s"}
 
 
@@ -144,6 +144,7 @@ class Sweep:
             "bonds": [asdict(bond) for bond in system.bonds],
             "defaults": dict(frame.defaults),
             "stop": stop,
+            "stop_when": [asdict(condition) for condition in system.stop_when],
             "signals": list(signals),
         }
         common, runs = _hash(base), {}

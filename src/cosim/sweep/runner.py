@@ -62,8 +62,8 @@ class Runner:
 
 def row_of(frame: Frame, key: str, point: Point, run: Run | None, error: str, seconds: float) -> Row:
     """The row of a run, which may have failed on the way, or before it began."""
-    status = "failed" if error else "done"
-    head = [key, *point.values(), status, " ".join(error.split())]
+    status = "failed" if error or run is None else run.status
+    head = [key, *point.values(), status, " ".join(error.split()), run.ended_by if run is not None else ""]
     nan = float("nan")
     if run is None:
         return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * (len(MEASURES) * len(frame.signals))]
