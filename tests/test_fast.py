@@ -52,6 +52,18 @@ def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPat
                               runs[0].trajectory.values)  # fmt: skip
 
 
+def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of different history, a shorter last one, units that differ: the same residual, exchange and peak."""
+    plan = system("wheel-pair").with_source("gyro", "nonlinear")
+    monkeypatch.setattr(fast, "LONG", 0)
+    compiled = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
+    monkeypatch.setattr(fast, "compiled_meter", lambda: None)
+    plain = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
+    assert compiled.residual == pytest.approx(plain.residual, rel=1e-8, abs=1e-14 * plain.exchanged)
+    assert compiled.exchanged == pytest.approx(plain.exchanged, rel=1e-12)
+    assert compiled.peak_power == pytest.approx(plain.peak_power, rel=1e-12)
+
+
 @pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])
 def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast, "LONG", long)

@@ -122,3 +122,13 @@ def compiled() -> Any | None:
     except ImportError:
         return None
     return loop_numba.compiled_march()
+
+
+@lru_cache(maxsize=1)
+def compiled_meter() -> Any | None:
+    """The energy meter's arithmetic compiled, or None where numba is not installed."""
+    try:
+        from cosim import loop_numba
+    except ImportError:
+        return None
+    return loop_numba.compiled_meter()

@@ -7,7 +7,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic, overload
 
-from cosim import loop
+from cosim import energy, loop
 
 
 def _foreign(name: str, *kinds: str) -> Callable[..., Any]:
@@ -56,3 +56,8 @@ def _clock_call(address: Any, clock: Any, time: Any) -> Any:
 def compiled_march() -> Any:
     """`march` as machine code, kept on disk from one process to the next. No fast mathematics: the bits are Python's."""
     return njit(cache=True, nogil=True)(loop.march)
+
+
+def compiled_meter() -> Any:
+    """`accumulate` of cosim.energy as machine code."""
+    return njit(cache=True, nogil=True)(energy.accumulate)

@@ -145,6 +145,8 @@ class March:
             self.hand_over()
             self._march(inner, compiled)
             return
+        if compiled and self.meter.kernel is None:
+            self.meter.kernel = fast.compiled_meter()
         done = inner.march(self.row, ahead, fast=compiled)
         kept = self._watch(self.row + 1, done)
         if kept < done:  # the slaves are some steps further; what they did there is dropped
