@@ -190,12 +190,12 @@ def test_reversed_conicity_reverses_the_yaw_mode(vehicle: Linear) -> None:
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0, 8.0, 50.0])
-def test_longest_step_is_three_quarters_of_the_stability_limit(vehicle: Linear, speed: float) -> None:
+def test_longest_step_is_six_sevenths_of_the_stability_limit(vehicle: Linear, speed: float) -> None:
     """The classical method bears 2.785 over the fastest decay."""
     component = lrt({"speed": speed})
     limit = 2.785 / -vehicle.eigenvalues(speed=speed).real.min()
     longest = float(component.longest_step(component.start_state, component.start_input, component.start_parameters))
-    assert longest == pytest.approx(0.75 * limit, rel=0.03)
+    assert longest == pytest.approx(0.86 * limit, rel=0.03)
 
 
 def test_vehicle_is_stable_at_half_a_metre_per_second() -> None:

@@ -12,6 +12,7 @@ from cosim.catalogue import unknown
 from cosim.network import Network
 from cosim.trajectory import Trajectory
 
+GROWTH = 4_000_000  # rows that memory is taken for at once; it is touched only as they come
 IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview
 
 
@@ -46,8 +47,10 @@ class Recorder:
         self._stride = 1
         if what.stream is not None:
             self._stride = max(1, -(-rows * max(1, self.columns.size) // IN_MEMORY))
-        self._t: list[np.ndarray] = []
-        self._values: list[np.ndarray] = []
+        most = steps + 2 if what.stream is None and what.every == 1 else rows // self._stride + 2
+        self._t = np.empty(min(most, GROWTH))
+        self._values = np.empty((self._t.size, self.columns.size))
+        self._filled = 0  # rows of the two that hold something
         self._kept = 0  # rows recorded so far
         self._last: tuple[float, np.ndarray] | None = None  # the newest row, where it was not recorded
         self._newest: tuple[np.ndarray, np.ndarray] | None = None  # the newest row that was recorded
@@ -63,9 +66,8 @@ class Recorder:
 
     def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
         """Rows k, k + 1, ... of the run: times t (s), shape (n,), outputs Y, shape (n, n_Y)."""
-        chosen = np.arange((-k) % self._what.every, t.size, self._what.every)
-        rows = Y[chosen] if self._all else Y[np.ix_(chosen, self.columns)]
-        self._keep(t[chosen], rows)
+        chosen = slice((-k) % self._what.every, None, self._what.every)
+        self._keep(t[chosen], Y[chosen] if self._all else Y[chosen][:, self.columns])
         newest = k + t.size - 1
         self._last = (float(t[-1]), Y[-1, self.columns].copy()) if newest % self._what.every else None
 
@@ -76,9 +78,18 @@ class Recorder:
         if t.size:
             self._newest = (t[-1:].copy(), rows[-1:].copy())
         thinned = slice((-self._kept) % self._stride, None, self._stride)
-        self._t.append(t[thinned].copy())
-        self._values.append(rows[thinned].copy())
+        self._store(t[thinned], rows[thinned])
         self._kept += t.size
+
+    def _store(self, t: np.ndarray, rows: np.ndarray) -> None:
+        """Append rows to what is in memory, which doubles where it is full."""
+        end = self._filled + t.size
+        if end > self._t.size:
+            size = max(end, 2 * self._t.size)
+            self._t = np.concatenate([self._t[: self._filled], np.empty(size - self._filled)])
+            self._values = np.concatenate([self._values[: self._filled], np.empty((size - self._filled, self.columns.size))])
+        self._t[self._filled : end], self._values[self._filled : end] = t, rows
+        self._filled = end
 
     def finish(self) -> Trajectory:
         """Close the file; the trajectory of what is in memory, which ends with the newest row."""
@@ -101,14 +112,12 @@ class Recorder:
         return {"kept": np.array(self._kept), **self._memory()}
 
     def _memory(self) -> dict[str, np.ndarray]:
-        return {
-            "t": np.concatenate([*self._t, np.empty(0)]),
-            "values": np.concatenate([*self._values, np.empty((0, self.columns.size))]),
-        }
+        return {"t": self._t[: self._filled], "values": self._values[: self._filled]}
 
     def resume(self, state: dict[str, np.ndarray]) -> None:
         """Go on from what state() gave."""
-        self._t, self._values, self._kept = [state["t"]], [state["values"]], int(state["kept"])
+        self._filled, self._kept = 0, int(state["kept"])
+        self._store(state["t"], state["values"])
 
 
 def _selected(patterns: Sequence[str], names: Sequence[str]) -> np.ndarray:
