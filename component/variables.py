@@ -71,10 +71,11 @@ class Variable:
         """`value` if it is finite and lies within min and max, else ValueError naming variable, rule and value."""
         if not math.isfinite(value):
             raise ValueError(f"{self.name} must be finite, got {value!r}")
+        unit = "" if self.unit == "1" else f" {self.unit}"
         if self.min is not None and value < self.min:
-            raise ValueError(f"{self.name} must be at least {self.min:g} {self.unit}, got {value:g}")
+            raise ValueError(f"{self.name} must be at least {self.min:g}{unit}, got {value:g}")
         if self.max is not None and value > self.max:
-            raise ValueError(f"{self.name} must be at most {self.max:g} {self.unit}, got {value:g}")
+            raise ValueError(f"{self.name} must be at most {self.max:g}{unit}, got {value:g}")
         return value
 
 

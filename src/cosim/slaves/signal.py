@@ -105,7 +105,7 @@ class Signal:
 
     def _bounded(self, number: float, given: object) -> float:
         shown = number if isinstance(given, Quantity) else given
-        unit = f" {self.unit}" if self.unit else ""
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
         if not math.isfinite(number):
             raise ValueError(f"must be finite, got {shown}")
         if self.min is not None and number < self.min:
