@@ -226,7 +226,7 @@ def test_rigs_that_cannot_be_are_refused(make: Callable[[], object], words: str)
     [
         ("gyro.rate_delay=-1ms", "gyro.rate_delay: must be at least 0 s, got -1ms"),
         ("gyro.moment_delay=26ms", "gyro.moment_delay: must be at most 0.025 s, got 26ms"),
-        ("gyro.dropout_rate=1.5", "gyro.dropout_rate: must be at most 1 1, got 1.5"),
+        ("gyro.dropout_rate=1.5", "gyro.dropout_rate: must be at most 1, got 1.5"),
     ],
 )
 def test_delays_that_are_negative_or_beyond_the_record_are_refused(setting: str, words: str, cosim: Callable) -> None:

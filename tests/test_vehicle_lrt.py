@@ -123,7 +123,7 @@ def test_derailment_is_reported_before_the_model_ends(alone: Joined) -> None:
     [
         ("speed", 0.0, "speed must be at least 0.5 m/s, got 0"),
         ("speed", -3.0, "speed must be at least 0.5 m/s, got -3"),
-        ("friction", 1.5, "friction must be at most 1 1, got 1.5"),
+        ("friction", 1.5, "friction must be at most 1, got 1.5"),
         ("curve_radius", 4.0, "curve_radius must be at least 10 m, got 4"),
         ("body_mass", float("nan"), "body_mass must be finite, got nan"),
     ],
