@@ -41,14 +41,17 @@ class March:
     Row `row` of the chunk holds macro step `done`; up to HISTORY rows before it are older points.
     """
 
-    def __init__(self, network: Network, algorithm: Algorithm, step: float, stop: float, n: int, options: Options) -> None:
-        self.network, self.algorithm, self.step, self.stop, self.n = network, algorithm, step, stop, n
+    def __init__(
+        self, network: Network, algorithm: Algorithm, step: float, start: float, stop: float, n: int, options: Options
+    ) -> None:
+        self.network, self.algorithm, self.step, self.start, self.stop, self.n = network, algorithm, step, start, stop, n
         self.options, self.done, self.rejections, self.ended_by = options, 0, 0, ""
         self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
-        last = stop - (n - 1) * step
-        self._last = step if abs(last - step) <= 1e-9 * step else last
-        Y = network.initialize(0.0, stop)
-        self.history = History(0.0, Y.copy(), network.held)
+        last = stop - (start + (n - 1) * step)
+        rounding = 4 * np.finfo(float).eps * abs(start)  # far from 0 the times themselves are rounded
+        self._last = step if abs(last - step) <= 1e-9 * step + rounding else last
+        Y = network.initialize(start, stop)
+        self.history = History(start, Y.copy(), network.held)
         self.meter = EnergyMeter(network, Y)
         resume = options.resume
         position = resume.position() if resume is not None else None
@@ -58,7 +61,7 @@ class March:
         self._used = np.zeros((rows, 2 * len(network.bonds), 3))
         self._rows = rows
         if resume is None:
-            self.recorder.add(0, np.zeros(1), Y[None, :])
+            self.recorder.add(0, np.array([start]), Y[None, :])
         else:
             self.done = resume.restore(network, algorithm, step, self.history, self.meter, self.recorder)
         self._begin_chunk()
@@ -89,7 +92,7 @@ class March:
                 self._advance(self._last if self.done + 1 == self.n else self.step, self._time(self.done + 1))
             if progress is not None and (now := time.perf_counter()) - shown > 0.1:
                 shown = now
-                progress(self.history.t[0], self.stop)
+                progress(self.history.t[0] - self.start, self.stop - self.start)
             checkpoint = self.options.checkpoint
             if checkpoint is not None and self.history.t[0] - saved >= checkpoint.every - 1e-9 * self.step:
                 saved = self.history.t[0]
@@ -106,10 +109,10 @@ class March:
             for h, t, Y, used in steps:
                 self._accept(h, t, Y, used)
             if progress is not None and self.done % 16 == 0:
-                progress(self.history.t[0], self.stop)
+                progress(self.history.t[0] - self.start, self.stop - self.start)
 
     def _time(self, k: int) -> float:
-        return self.stop if k == self.n else k * self.step
+        return self.stop if k == self.n else self.start + k * self.step
 
     def _last_is_far(self) -> bool:
         """Whether the next step is an even one: a shorter last step is left to the plain path."""
@@ -139,7 +142,7 @@ class March:
         checkpoint = self.options.checkpoint
         ahead = min(room, even, 1 << 62 if checkpoint is None else max(1, round(checkpoint.every / self.step)))
         k = self.done + 1 + np.arange(ahead)
-        self._t[self.row + 1 : self.row + 1 + ahead] = np.where(k == self.n, self.stop, k * self.step)
+        self._t[self.row + 1 : self.row + 1 + ahead] = np.where(k == self.n, self.stop, self.start + k * self.step)
         self._h[self.row + 1 : self.row + 1 + ahead] = self.step
         if self.row != self._first:  # the inner loop numbers the used inputs from the first step it does
             self.hand_over()

@@ -69,6 +69,7 @@ def simulate(
     *,
     algorithm: Algorithm | None = None,
     step: float | None = None,
+    start: float | None = None,
     stop: float | None = None,
     in_process: bool = False,
     isolate: bool = False,
@@ -78,24 +79,25 @@ def simulate(
     progress: Progress | None = None,
     before_step: Callable[[int], None] | None = None,
 ) -> Run:
-    """Open the system's components, run it from 0 to `stop` (s) at macro step `step` (s), and close them.
+    """Open the system's components, run it from `start` to `stop` (s) at macro step `step` (s), and close them.
 
-    algorithm : Jacobi(1) where None. step, stop : the system's own where None.
+    algorithm : Jacobi(1) where None. step, start, stop : the system's own where None.
     in_process : components of the catalogue run in this process instead of as FMUs. isolate : every FMU in a process of its own.
     substeps : component name -> in how many parts it does each macro step. loops : what to do with algebraic loops.
-    progress : called now and then with the present time and the end (s). before_step : see run().
+    progress : called now and then with how much is done and how much there is (s). before_step : see run().
     Raises ValueError for wrong use, SlaveError for a component that fails, ConvergenceError for an iteration without end;
     their `partial` is the run up to there.
     """
     began = time.perf_counter()
     step, stop = system.step if step is None else step, system.stop if stop is None else stop
-    macro_steps(step, stop)
+    start = system.start if start is None else start
+    macro_steps(step, stop, start)
     with open_network(system, in_process=in_process, isolate=isolate, substeps=substeps) as network:
         if loops == "refuse":
             network.refuse_loops()
         return run(
             network, algorithm or Jacobi(1), step, stop,
-            options=options, progress=progress, before_step=before_step, began=began,
+            start=start, options=options, progress=progress, before_step=before_step, began=began,
         )  # fmt: skip
 
 
@@ -115,15 +117,22 @@ def open_network(
         raise
 
 
-def macro_steps(step: float, stop: float) -> int:
-    """How many macro steps of `step` (s) reach `stop` (s); the last may be shorter, so that it ends there exactly."""
-    if not (np.isfinite(stop) and stop > 0.0):
-        raise ValueError(f"`stop` must be positive, got {stop:g} s")
+def macro_steps(step: float, stop: float, start: float = 0.0) -> int:
+    """How many macro steps of `step` lead from `start` to `stop` (s); the last may be shorter, so that it ends there exactly."""
+    if not np.isfinite(start):
+        raise ValueError(f"`start` must be finite, got {start:g} s")
+    if not (np.isfinite(stop) and stop > start):
+        rule = "positive" if start == 0.0 else f"after `start` at {start:g} s"
+        raise ValueError(f"`stop` must be {rule}, got {stop:g} s")
     if not (np.isfinite(step) and step > 0.0):
         raise ValueError(f"`step` must be positive, got {step:g} s")
-    if step > stop * (1 + 1e-9):
-        raise ValueError(f"`step` must be at most the run's length of {stop:g} s, got {step:g} s")
-    return max(1, int(np.ceil(stop / step - 1e-9)))
+    length = stop - start
+    if step > length * (1 + 1e-9):
+        raise ValueError(f"`step` must be at most the run's length of {length:g} s, got {step:g} s")
+    rounding = 4 * np.finfo(float).eps * abs(start)  # far from 0 the times themselves are rounded
+    if step < 4 * rounding:
+        raise ValueError(f"`step` must be told apart from rounding at `start` = {start:g} s, got {step:g} s")
+    return max(1, int(np.ceil(length / step - 1e-9 - rounding / step)))
 
 
 def run(
@@ -132,6 +141,7 @@ def run(
     step: float,
     stop: float,
     *,
+    start: float | None = None,
     options: Options | None = None,
     progress: Progress | None = None,
     before_step: Callable[[int], None] | None = None,
@@ -139,19 +149,21 @@ def run(
 ) -> Run:
     """As simulate(), on an open network, which stays open; it starts anew.
 
+    start : when it begins (s), the system's own where None.
     before_step : called before macro step k = 1, 2, ... with k; what paces a run to a clock waits here.
     began : when the set-up began (time.perf_counter), for the timing.
     """
     began = time.perf_counter() if began is None else began
     options = options or Options()
-    n = macro_steps(step, stop)
+    start = network.system.start if start is None else start
+    n = macro_steps(step, stop, start)
     algorithm.check(network)
     if options.checkpoint is not None:
         options.checkpoint.check(network)
         if options.adaptive is not None:
             raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
-    march = March(network, algorithm, step, stop, n, options)
-    start = time.perf_counter()
+    march = March(network, algorithm, step, start, stop, n, options)
+    set_up = time.perf_counter()
     status: Status = "done"
     failure: RunError | None = None
     try:
@@ -164,10 +176,10 @@ def run(
     except RunError as error:
         status, failure = "failed", error
     march.hand_over()
-    loop = time.perf_counter() - start
+    loop = time.perf_counter() - set_up
     result = Run(
         network.system, algorithm, step, march.done, march.recorder.finish(), march.meter.result(),
-        Timing(start - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
+        Timing(set_up - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
         status, march.history.iterations, march.rejections, march.ended_by,
     )  # fmt: skip
     if failure is not None:

@@ -92,7 +92,7 @@ class StopWhen:
 
 @dataclass(frozen=True)
 class System:
-    """See the module's docstring. `step` and `stop` (s) are what a run takes where it is told nothing else."""
+    """See the module's docstring. `step`, `start` and `stop` (s) are what a run takes where it is told nothing else."""
 
     name: str
     parts: tuple[Part, ...]
@@ -102,6 +102,7 @@ class System:
     stop: float = 1.0
     description: str = ""
     stop_when: tuple[StopWhen, ...] = ()
+    start: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
