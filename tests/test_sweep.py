@@ -14,13 +14,36 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cosim import GaussSeidel, Jacobi, Part, System, simulate, system
-from cosim.sweep import Listed, Ranged, Sweep, load, parse, sweep
+from cosim.sweep import Listed, Measure, Ranged, Sweep, load, parse, sweep
 from cosim.sweep.axes import latin_hypercube, points
 from cosim.sweep.store import journal_of
 from cosim.system import StopWhen
+from cosim.trajectory import Trajectory
 
 SPIN = {"gyro.rotor_speed": "0rpm:300rpm:6"}
 FAILS = System("alone", (Part("clock", f"{oscillators.HERE}:fails"),), ())
+
+
+CASES = {
+    "slow": {"vehicle.speed": "18km/h", "vehicle.lateral_displacement": 0.002},
+    "fast": {"vehicle.speed": 20.0, "vehicle.lateral_displacement": "1mm"},
+}
+
+
+def swings(trajectory: Trajectory) -> dict[str, float]:
+    """A measure: how often y goes through zero, and its mean. It refuses runs of less than 20 points."""
+    y = trajectory["vehicle.lateral_displacement"]
+    if y.size < 20:
+        raise ValueError("too short to count")
+    return {"mean": float(y.mean()), "swings": float(np.sum(y[1:] * y[:-1] < 0))}
+
+
+def misnamed(trajectory: Trajectory) -> dict[str, float]:
+    """A measure that returns something else than it says."""
+    return {"end": float(trajectory.t[-1])}
+
+
+COUNTED = Measure(swings, {"mean": "m", "swings": "1"})
 
 
 def short(values: dict[str, str] | None = None, **options: Any) -> Sweep:
@@ -177,6 +200,74 @@ def test_a_full_disk_is_one_line_and_costs_no_row(
 
 
 SWEEP = ("sweep", "wheel-pair", "--stop", "0.05", "--output", "new.npz")
+
+
+def test_a_case_sets_several_values_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "a.npz"
+    sweep(short({"gyro.rotor_speed": "0rpm,100rpm"}, cases=CASES), file, workers=1)
+    table = load(file)
+    assert sorted(zip(table["case"].tolist(), table["gyro.rotor_speed"].round(2).tolist(), strict=True)) == [
+        ("fast", 0.0), ("fast", 10.47), ("slow", 0.0), ("slow", 10.47)
+    ]  # fmt: skip
+    for i in range(4):
+        plan = system("wheel-pair").with_value("gyro.rotor_speed", table["gyro.rotor_speed"][i])
+        for target, value in CASES[str(table["case"][i])].items():
+            plan = plan.with_value(target, value)
+        assert table["vehicle.yaw_angle.end"][i] == simulate(plan, stop=0.05).trajectory["vehicle.yaw_angle"][-1]
+    more = short({"gyro.rotor_speed": "0rpm,100rpm"}, cases={"faster": {"vehicle.speed": 30.0}})
+    assert sweep(more, file, workers=1, extend=True).done == 2
+    other = short({"gyro.rotor_speed": "0rpm,100rpm"}, cases={"faster": {"vehicle.speed": 31.0}})
+    with pytest.raises(ValueError, match="holds another sweep, which differs in cases; give another file"):
+        sweep(other, file, workers=1, extend=True)
+
+
+def test_the_same_values_under_another_name_are_the_same_run(tmp_path: Path) -> None:
+    file = tmp_path / "a.npz"
+    sweep(short({}, cases=CASES), file, workers=1)
+    again = sweep(short({}, cases={"renamed": CASES["slow"]}), file, workers=1, extend=True)
+    assert (again.before, again.done) == (1, 0)
+
+
+def test_ones_own_measure_is_a_column(tmp_path: Path) -> None:
+    sweep(short(signals=("vehicle.yaw_angle",), measure=COUNTED), tmp_path / "a.csv", workers=2)
+    table = load(tmp_path / "a.csv")
+    assert list(table.values)[-4:] == ["vehicle.yaw_angle.max", "vehicle.yaw_angle.rms", "mean", "swings"]
+    assert (table.unit("mean"), table.unit("swings")) == ("m", "1")
+    plan = system("wheel-pair").with_value("gyro.rotor_speed", table["gyro.rotor_speed"][3])
+    assert table["mean"][3] == swings(simulate(plan, stop=0.05).trajectory)["mean"]  # of the same numbers, to the last bit
+
+
+@pytest.mark.parametrize(
+    ("measure", "stop", "words"),
+    [
+        (COUNTED, 0.01, "measuring the run: ValueError: too short to count"),
+        (Measure(misnamed, {"last": "s"}), 0.05, "a measure must return last, got end"),
+    ],
+)
+def test_a_measure_that_fails_is_a_row_with_its_error(tmp_path: Path, measure: Measure, stop: float, words: str) -> None:
+    what = dataclasses.replace(short(measure=measure), stop=stop)
+    assert sweep(what, tmp_path / "a.npz", workers=1).failed == 6
+    table = load(tmp_path / "a.npz")
+    assert all(words in error for error in table["error"])
+    assert np.isnan(table[next(iter(measure.columns))]).all()
+    assert np.isfinite(table["vehicle.yaw_angle.end"]).all()  # the run itself is kept
+
+
+def test_another_measure_makes_another_sweep(tmp_path: Path) -> None:
+    sweep(short(measure=COUNTED), tmp_path / "a.npz", workers=1)
+    with pytest.raises(ValueError, match="holds another sweep, which differs in measure"):
+        sweep(short(measure=Measure(misnamed, COUNTED.columns)), tmp_path / "a.npz", workers=1)
+
+
+def test_wrong_cases_and_measures_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"'gyro.rotor_speed' must be an axis or be set by case 'a', got both"):
+        short(cases={"a": {"gyro.rotor_speed": 5.0}}).plan()
+    with pytest.raises(ValueError, match="unknown parameter of 'vehicle': 'sped'; did you mean 'speed'"):
+        short(cases={"a": {"vehicle.sped": 5.0}}).plan()
+    with pytest.raises(ValueError, match="a measure must be a function at the top of a module"):
+        Measure(lambda trajectory: {"a": 0.0}, {"a": "1"})
+    with pytest.raises(ValueError, match="a measure must name at least one column"):
+        Measure(swings, {})
 
 
 @pytest.mark.parametrize(

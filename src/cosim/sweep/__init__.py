@@ -17,12 +17,13 @@ from typing import Literal
 
 from cosim.sweep.axes import Axis, Listed, Ranged, parse
 from cosim.sweep.cluster import Cluster
+from cosim.sweep.measure import Measure
 from cosim.sweep.plan import Plan, Sweep
 from cosim.sweep.pool import Pool, cores
 from cosim.sweep.store import Store, load
 from cosim.sweep.table import Table
 
-__all__ = ["Axis", "Listed", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep"]
+__all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep"]
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,11 @@ from cosim.coupling import Algorithm, algorithm
 from cosim.master import macro_steps
 from cosim.sweep.axes import Axis, Listed, Point, Value, parse, points
 from cosim.sweep.inquiry import MEASURES, Inquiry
+from cosim.sweep.measure import Measure
 from cosim.system import System
 
 CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
+CASE = "case"  # the axis of named sets of values
 FIXED = ("status", "error", "ended_by", "steps", "t_end", "wall_s", "energy_residual", "energy_exchanged")
 TEXT = ("run", "status", "error", "ended_by")
 UNITS = {"energy_residual": "J", "energy_exchanged": "J", "t_end": "s", "wall_s": "s", "step": "s"}
@@ -32,6 +34,7 @@ class Frame:
     system : the sources of its parts are keys of FMU files, as are the values of `variants`.
     variants : component (or what addresses several) -> variant -> component -> key of its FMU.
     defaults : the values of those CHOICES that are no axis. signals : whose measures are kept.
+    cases : case -> `component.parameter` -> value. measure : one's own, or None.
     """
 
     system: System
@@ -39,12 +42,21 @@ class Frame:
     defaults: Mapping[str, Value]
     stop: float
     signals: tuple[str, ...]
+    cases: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    measure: Measure | None = None
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """The columns of what is measured of a run: of its signals, then one's own."""
+        own = tuple(self.measure.columns) if self.measure is not None else ()
+        return (*(f"{signal}.{measure}" for signal in self.signals for measure in MEASURES), *own)
 
     def system_at(self, point: Point, files: Mapping[str, str]) -> System:
         """The system of one run, with the FMUs where this machine has them (cosim.archive writes locations so)."""
         system = self.system
-        for target, value in point.items():
-            if target not in CHOICES and target not in self.variants:
+        values = self.cases[str(point[CASE])] if self.cases else {}
+        for target, value in (*values.items(), *point.items()):
+            if target not in CHOICES and target not in self.variants and target != CASE:
                 system = system.with_value(target, value)
         chosen = {n: key for t, of in self.variants.items() for n, key in of[str(point[t])].items()}
         parts = tuple(replace(p, source=files[chosen.get(p.name, p.source)]) for p in system.parts)
@@ -77,8 +89,7 @@ class Plan:
     @property
     def columns(self) -> tuple[str, ...]:
         """Of a row: its key, the axes, what became of the run, and the measures of the signals."""
-        measures = (f"{signal}.{measure}" for signal in self.frame.signals for measure in MEASURES)
-        return ("run", *(axis.target for axis in self.axes), *FIXED, *measures)
+        return ("run", *(axis.target for axis in self.axes), *FIXED, *self.frame.measured)
 
     @property
     def text_columns(self) -> tuple[str, ...]:
@@ -95,6 +106,8 @@ class Sweep:
     variants : component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
     algorithms, orders, steps (s) : one or several each. stop : s.
     samples, seed : of the Latin hypercube over the ranges among `values`. signals : shell patterns; empty for all outputs.
+    cases : name -> values that are set together, `component.parameter` -> value: an axis `case` of the names.
+    measure : numbers of one's own from each run's trajectory.
     """
 
     system: System
@@ -107,6 +120,8 @@ class Sweep:
     samples: int | None = None
     seed: int = 0
     signals: Sequence[str] = ()
+    cases: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    measure: Measure | None = None
 
     def plan(self) -> Plan:
         """Check it all against the components themselves, and count out the runs. ValueError for wrong use."""
@@ -122,8 +137,14 @@ class Sweep:
             for axis in axes:
                 for value in axis.values if isinstance(axis, Listed) else ():
                     components.value(axis.target, value)
+            _check_cases(self.cases, set(self.values), self.variants)
+            cases = {name: {t: components.value(t, v) for t, v in values.items()} for name, values in self.cases.items()}
             signals, units = components.signals(self.signals), dict(components.units)
+        for target in {target for values in cases.values() for target in values}:
+            del units[target]  # no column
         listed: dict[str, tuple[Value, ...]] = {t: tuple(v) for t, v in self.variants.items()}
+        if cases:
+            listed[CASE] = tuple(cases)
         choices: dict[str, tuple[Value, ...]] = {
             "algorithm": tuple(self.algorithms),
             "order": tuple(map(float, self.orders)),
@@ -136,6 +157,7 @@ class Sweep:
         for target, value in fixed.items():
             system = system.with_value(target, value)
         frame, files = _frame(system, self.variants, {c: v[0] for c, v in choices.items() if len(v) == 1}, stop, signals)
+        frame = replace(frame, cases=cases, measure=self.measure)
         if not kept:
             raise ValueError("a sweep must have an axis, has none: say --set COMPONENT.PARAMETER=LOW:HIGH:N")
         base = {
@@ -147,14 +169,19 @@ class Sweep:
             "stop_when": [asdict(condition) for condition in system.stop_when],
             "signals": list(signals),
         }
+        if self.measure is not None:
+            base["measure"] = self.measure.identity
+            units |= {column: unit for column, unit in self.measure.columns.items() if unit}
         common, runs = _hash(base), {}
         for point in points(kept, self.samples, self.seed):
-            contents = {t: frame.variants[t][str(value)] if t in frame.variants else value for t, value in point.items()}
+            meant = {**frame.variants, CASE: cases}
+            contents = {t: meant[t][str(value)] if t in meant else value for t, value in point.items()}
             runs[_hash([common, contents])] = point
         definition = {
             "system": system.name,
             **base,
             "variants": frame.variants,
+            **({"cases": cases} if cases else {}),
             "axes": [_described(axis) for axis in kept],
             "samples": self.samples,
             "seed": self.seed if self.samples is not None else None,
@@ -184,6 +211,16 @@ def _frame(
     varied = {name for of in keyed.values() for parts in of.values() for name in parts}
     parts = tuple(replace(p, source="" if p.name in varied else key(p.source)) for p in system.parts)
     return Frame(replace(system, parts=parts), keyed, defaults, stop, signals), files
+
+
+def _check_cases(cases: Mapping[str, Mapping[str, Any]], axes: set[str], variants: Mapping[str, Sequence[str]]) -> None:
+    """Refuse cases beside a component called so, and values that an axis would overrule."""
+    if cases and CASE in variants:
+        raise ValueError(f"a sweep with cases cannot vary a component called {CASE!r}")
+    for name, values in cases.items():
+        for target in values:
+            if target in axes:
+                raise ValueError(f"{target!r} must be an axis or be set by case {name!r}, got both")
 
 
 def _described(axis: Axis) -> list[Any]:

@@ -36,9 +36,19 @@ class Runner:
             run, error = failure.partial, str(failure)
         except Exception as failure:  # a sweep goes on, whatever one run meets; the row names the error and its kind
             error = f"{type(failure).__name__}: {failure}"
-        row = row_of(self._frame, key, point, run, error, 0.0)
+        own, wrong = self._own(run)
+        row = row_of(self._frame, key, point, run, error or wrong, 0.0, own)
         row[1 + len(point) + FIXED.index("wall_s")] = time.perf_counter() - began  # measuring is part of the work
         return row
+
+    def _own(self, run: Run | None) -> tuple[list[float] | None, str]:
+        """The numbers of one's own, None where there are none, and what went wrong with them."""
+        if self._frame.measure is None or run is None:
+            return None, ""
+        try:
+            return self._frame.measure(run.trajectory), ""
+        except Exception as failure:  # as for the run: the row says it, and the sweep goes on
+            return None, f"measuring the run: {type(failure).__name__}: {failure}"
 
     def close(self) -> None:
         """Close what was opened."""
@@ -60,20 +70,24 @@ class Runner:
         return Network(system, self._open[sources].slaves)
 
 
-def row_of(frame: Frame, key: str, point: Point, run: Run | None, error: str, seconds: float) -> Row:
-    """The row of a run, which may have failed on the way, or before it began."""
+def row_of(
+    frame: Frame, key: str, point: Point, run: Run | None, error: str, seconds: float, own: list[float] | None = None
+) -> Row:
+    """The row of a run, which may have failed on the way, or before it began. own : the numbers of the sweep's own measure."""
     status = "failed" if error or run is None else run.status
     head = [key, *point.values(), status, " ".join(error.split()), run.ended_by if run is not None else ""]
     nan = float("nan")
     if run is None:
-        return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * (len(MEASURES) * len(frame.signals))]
+        return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * len(frame.measured)]
     trajectory = run.trajectory
     place = {name: j for j, name in enumerate(trajectory.names)}
     columns = [place.get(name) for name in frame.signals]
     measured = _measured(np.asarray(trajectory.values))
     measures = [x for j in columns for x in ([nan] * len(MEASURES) if j is None else measured[:, j].tolist())]
     exchanged = sum(bond.exchanged for bond in run.energy)
-    return [*head, float(run.steps), float(trajectory.t[-1]), seconds, run.energy_residual, exchanged, *measures]
+    if own is None:
+        own = [nan] * (len(frame.measured) - len(measures))
+    return [*head, float(run.steps), float(trajectory.t[-1]), seconds, run.energy_residual, exchanged, *measures, *own]
 
 
 def _measured(values: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ try:
 except ImportError:  # not a POSIX system: two sweeps into one file at once go unnoticed there
     fcntl = None  # type: ignore[assignment]
 
-EXTENSIBLE = {"axes", "samples", "seed", "variants"}  # in what an extended sweep may differ from the one before
+EXTENSIBLE = {"axes", "samples", "seed", "variants", "cases"}  # in what an extended sweep may differ from the one before
 
 
 class Store:
@@ -123,8 +123,9 @@ class Store:
 
 
 def _contradict(theirs: Mapping[str, Any], ours: Mapping[str, Any]) -> bool:
-    """Whether a variant of the same name is another FMU there."""
+    """Whether a variant of the same name is another FMU there, or a case of the same name holds other values."""
     pairs = [(theirs["variants"].get(target, {}), of) for target, of in ours["variants"].items()]
+    pairs.append((theirs.get("cases", {}), ours.get("cases", {})))
     return any(old[name] != of[name] for old, of in pairs for name in old.keys() & of.keys())
 
 
