@@ -115,7 +115,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "c.npz"
     simulate(PAIR, step=1e-3, stop=0.5, options=Options(checkpoint=Checkpoint(file, every=0.2)))
     for changed, step in ((PAIR.with_value("gyro.rotor_speed", "200rpm"), 1e-3), (PAIR, 2e-3)):
-        with pytest.raises(ValueError, match=r"must be of this run: same system, values, algorithm, step and signals"):
+        with pytest.raises(ValueError, match=r"must be of this run: same system, values, algorithm, start, step and signals"):
             simulate(changed, step=step, stop=1.0, options=Options(resume=Resume(file)))
     file.write_bytes(b"nonsense")
     with pytest.raises(ValueError, match="cannot be read"):

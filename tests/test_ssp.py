@@ -310,7 +310,7 @@ def test_a_system_may_hold_other_system_files_and_itself_once_more_by_id(ssp: Ss
         (bound(value("a.u", "much")) + TWO, "Parameter 'a.u': value must be a number, got 'much'"),
         (bound(value("a.u", 1, unit="parsec")) + TWO, "unit 'parsec' must be defined"),
         (ssd(TWO).replace('version="1.0" name="test"', 'version="3.0" name="test"'), "must be of SSP 1.0 or 2.0, got '3.0'"),
-        (ssd(TWO).replace('startTime="0"', 'startTime="2"'), "startTime must be 0"),
+        (ssd(TWO).replace('startTime="0"', 'startTime="2"'), "stopTime must be after startTime, got 0.1 and 2"),
         (ssd(TWO)[:-9], "must be well-formed XML"),
     ],
 )  # fmt: skip

@@ -72,9 +72,9 @@ def certify(network: Network, result: Run, stop: float, *, progress: Callable[[f
     """Certify a run of `network` with even steps that kept every row. Runs it again, with two and four times the steps."""
     step, algorithm = result.step, result.algorithm
     stability = margin(network, algorithm, step)  # where the run ended, before the network starts anew
-    runs = [result.trajectory]
+    runs, start = [result.trajectory], result.start
     for halving in range(1, HALVINGS + 1):
-        again = run(network, algorithm, step / 2**halving, stop, progress=progress).trajectory
+        again = run(network, algorithm, step / 2**halving, stop, start=start, progress=progress).trajectory
         runs.append(again)
     t = runs[0].t
     # A last step that is shorter need not be twice or four times a shorter one's: match rows by time.

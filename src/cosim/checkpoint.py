@@ -14,15 +14,15 @@ from cosim.energy import EnergyMeter
 from cosim.network import Network
 from cosim.recording import Recorder
 
-FORMAT = 1
+FORMAT = 2
 
 
 def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_names: tuple[str, ...]) -> str:
-    """What must be the same for a checkpoint to fit: system, values, algorithm, step, recorded signals."""
+    """What must be the same for a checkpoint to fit: system, values, algorithm, start, step, recorded signals."""
     system = network.system
     parts = [(p.name, Path(p.source).name, sorted((k, str(v)) for k, v in p.values.items())) for p in system.parts]
     wires = [(c.start, c.end) for c in system.connections]
-    told = json.dumps([FORMAT, system.name, parts, wires, repr(algorithm), step, network.substeps, recorder_names])
+    told = json.dumps([FORMAT, system.name, parts, wires, repr(algorithm), network.start, step, network.substeps, recorder_names])
     return hashlib.sha256(told.encode()).hexdigest()
 
 
@@ -104,7 +104,7 @@ class Resume:
         data = self._load()
         if str(data["fingerprint"]) != fingerprint(network, algorithm, step, recorder.names):
             raise ValueError(
-                f"checkpoint {str(self.file)!r} must be of this run: same system, values, algorithm, step and signals"
+                f"checkpoint {str(self.file)!r} must be of this run: same system, values, algorithm, start, step and signals"
             )
         for i, slave in enumerate(network.slaves):
             slave.deserialize(data[f"slave_{i}"].tobytes())

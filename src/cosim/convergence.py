@@ -53,17 +53,18 @@ def converge(
     in_process: bool = False,
     progress: Callable[[float, float], None] | None = None,
 ) -> Convergence:
-    """Run `system` to `stop` (s) with each algorithm at the macro steps step, step / 2, ... (`rungs` of them; s).
+    """Run `system` from its start to `stop` (s) with each algorithm at macro steps step, step / 2, ... (`rungs` of them; s).
 
-    ValueError where `stop` is no multiple of `step`, or a component has no equations to make the reference from.
+    ValueError where that length is no multiple of `step`, or a component has no equations to make the reference from.
     """
-    n = macro_steps(step, stop)
-    if abs(n * step - stop) > 1e-9 * stop:
-        raise ValueError(f"`stop` must be a multiple of the coarsest step {step:g} s, got {stop:g} s")
+    n = macro_steps(step, stop, system.start)
+    length = stop - system.start
+    if abs(n * step - length) > 1e-9 * length:
+        raise ValueError(f"the runs' length must be a multiple of the coarsest step {step:g} s, got {length:g} s")
     if rungs < 2:
         raise ValueError(f"`rungs` must be at least 2, got {rungs}")
     monolith = Monolith(system)
-    reference = monolith.solve(np.arange(n + 1) * step).values
+    reference = monolith.solve(np.arange(n + 1) * step).values  # over the time since the start: no component asks for more
     steps = tuple(step / 2**i for i in range(rungs))
     work, done, ladders = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
     with open_network(system, in_process=in_process) as network:

@@ -68,7 +68,7 @@ class Setting:
     resolution: float = 0.01
 
     def __post_init__(self) -> None:
-        macro_steps(self.step, self.stop)
+        macro_steps(self.step, self.stop, self.system.start)
         if not self.longest >= self.step:
             raise ValueError(f"the longest delay must be at least the macro step of {self.step:g} s, got {self.longest:g} s")
 
@@ -146,12 +146,13 @@ def verdict_by_runs(setting: Setting, tolerances: Tolerances, progress: Progress
 def verdict_by_model(setting: Setting, tolerances: Tolerances) -> Margin:
     """The same from the course of the sampled linear system."""
     degree, model = _degree(setting), linearise(setting.system, setting.family)
-    n = macro_steps(setting.step, setting.stop)
+    start = setting.system.start
+    n = macro_steps(setting.step, setting.stop, start)
 
     def course(compensator: Compensator, d: float) -> Trajectory:
         with np.errstate(over="ignore", invalid="ignore"):
             values = model.run(compensator.taps(d / setting.step), degree, setting.step, n)
-        return Trajectory(np.arange(n + 1) * setting.step, model.names, model.units, values)
+        return Trajectory(start + np.arange(n + 1) * setting.step, model.names, model.units, values)
 
     reference = course(Uncompensated(), 0.0)
 

@@ -40,7 +40,7 @@ class Timing:
 class Run:
     """What a run did.
 
-    step : macro step (s), the first one where it adapts. steps : macro steps completed.
+    step : macro step (s), the first one where it adapts. steps : macro steps completed. start : when it began (s).
     status : "done", "ended" by one of the system's stop conditions, which `ended_by` tells, "interrupted" by the user, "failed".
     iterations : passes over macro steps where the algorithm iterates, in all.
     rejections : macro steps that were taken back to be done shorter.
@@ -57,6 +57,7 @@ class Run:
     iterations: int = 0
     rejections: int = 0
     ended_by: str = ""
+    start: float = 0.0
 
     @property
     def energy_residual(self) -> float:
@@ -180,7 +181,7 @@ def run(
     result = Run(
         network.system, algorithm, step, march.done, march.recorder.finish(), march.meter.result(),
         Timing(set_up - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
-        status, march.history.iterations, march.rejections, march.ended_by,
+        status, march.history.iterations, march.rejections, march.ended_by, start,
     )  # fmt: skip
     if failure is not None:
         failure.partial = result

@@ -37,7 +37,7 @@ class Network:
 
     names, units : of Y, as `component.variable`.
     slices : the part of Y that belongs to each slave.
-    do_step_s : seconds each slave has spent in steps since initialize().
+    do_step_s : seconds each slave has spent in steps since initialize(). start : when that was (s).
     substeps : in how many parts each slave does a macro step; the constructor takes them by component name.
     order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
@@ -74,7 +74,7 @@ class Network:
             slave = self.slaves[place[end[0]]]
             refuse_excluded(wire, 1, slave)
             raise unknown(f"input of {slave.name!r}:", end[1], [s.name for s in slave.inputs])
-        self.do_step_s = [0.0] * len(self.slaves)
+        self.do_step_s, self.start = [0.0] * len(self.slaves), 0.0
         self.substeps = self._substeps(substeps or {})
         self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
         self.coupled = np.array(sorted(self.feeds), dtype=int)
@@ -176,7 +176,7 @@ class Network:
 
     def initialize(self, t: float, stop: float) -> np.ndarray:
         """Start every slave at t (s); returns the first Y."""
-        self.do_step_s = [0.0] * len(self.slaves)
+        self.do_step_s, self.start = [0.0] * len(self.slaves), t
         self.largest[:] = 0.0
         for slave, values in zip(self.slaves, self.values, strict=True):
             slave.initialize(values, t, stop)

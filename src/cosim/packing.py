@@ -132,7 +132,7 @@ def _structure(
             for item, number in items:
                 _add(of, "ssc", "Item", name=item, value=str(number))
     _write_units(root, "ssd", units)
-    _add(root, "ssd", "DefaultExperiment", startTime="0", stopTime=repr(system.stop))
+    _add(root, "ssd", "DefaultExperiment", startTime=repr(system.start), stopTime=repr(system.stop))
     return root
 
 

@@ -40,11 +40,9 @@ def command(
         raise ValueError(f"--order must be degrees such as 0,1,2, got {orders!r}")
     chosen = [algorithm(name.strip(), int(degree)) for name in algorithms.split(",") for degree in orders.split(",")]
     writable(plot, figures.check_format)
+    end = seconds(stop, "--stop") or plan.start + 125 * coarsest
     with progress(f"ladder of {plan.name}") as show:
-        result = converge(
-            plan, chosen, step=coarsest, rungs=rungs, stop=seconds(stop, "--stop") or 125 * coarsest, in_process=in_process,
-            progress=show,
-        )  # fmt: skip
+        result = converge(plan, chosen, step=coarsest, rungs=rungs, stop=end, in_process=in_process, progress=show)
     if plot is not None:
         figures.save(figures.convergence(result), plot)
 

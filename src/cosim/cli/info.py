@@ -126,6 +126,7 @@ def system_document(network: Network) -> dict[str, Any]:
         "system": system.name,
         "description": system.description,
         "step": system.step,
+        "start": system.start,
         "stop": system.stop,
         "components": parts,
         "connections": wires,
@@ -137,7 +138,8 @@ def system_document(network: Network) -> dict[str, Any]:
 
 def _system_words(found: dict[str, Any]) -> list[str | Table]:
     lines: list[str | Table] = [f"{found['system']}: {found['description']}" if found["description"] else found["system"]]
-    lines.append(f"macro step {found['step']:g} s to t = {found['stop']:g} s, evaluated in the order {', '.join(found['order'])}")
+    span = (f"from t = {found['start']:g} s " if found["start"] else "") + f"to t = {found['stop']:g} s"
+    lines.append(f"macro step {found['step']:g} s {span}, evaluated in the order {', '.join(found['order'])}")
     parts = Table("component", "source", "inputs", "outputs", "values", box=None, pad_edge=False)
     for part in found["components"]:
         values = ", ".join(f"{name} = {value}" for name, value in part["values"].items())

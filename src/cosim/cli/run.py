@@ -35,6 +35,9 @@ def command(
     gyro: Gyro = None,
     set_: Values = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="TIME", help="beginning of the run; 0 where the system says nothing")
+    ] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the run, such as 60 or 2min")] = None,
     algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
     order: Annotated[int, typer.Option(help="degree of the input polynomials: 0, 1 or 2")] = 1,
@@ -80,9 +83,10 @@ def command(
 
     plan = chosen_system(system, gyro, set_)
     chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
-    given_step, given_stop = seconds(step, "--step"), seconds(stop, "--stop")
+    given_step, given_start, given_stop = seconds(step, "--step"), seconds(start, "--start"), seconds(stop, "--stop")
     h, end = plan.step if given_step is None else given_step, plan.stop if given_stop is None else given_stop
-    steps = macro_steps(h, end)
+    begin = plan.start if given_start is None else given_start
+    steps = macro_steps(h, end, begin)
     if loops not in ("solve", "refuse"):
         raise ValueError(f"--loops must be solve or refuse, got {loops!r}")
     if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
@@ -112,7 +116,7 @@ def command(
             try:
                 with pacer or nullcontext():
                     run = run_network(
-                        network, chosen, h, end, options=options, progress=None if pacer else show, before_step=pacer
+                        network, chosen, h, end, start=begin, options=options, progress=None if pacer else show, before_step=pacer
                     )
             except RunError as error:
                 if error.partial is None:

@@ -22,6 +22,7 @@ def document(run: Run) -> dict[str, Any]:
         "order": run.algorithm.degree,
         "steps": run.steps,
         "status": run.status,
+        "start": run.start,
         "stop": float(run.trajectory.t[-1]),
         "end": run.trajectory.end(),
         "units": dict(zip(run.trajectory.names, run.trajectory.units, strict=True)),
@@ -67,9 +68,10 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     spent = ", ".join(f"{name} {s:.2f} s" for name, s in slowest)
     even = f"macro steps of {run.step * 1e3:g} ms" if run.rejections == 0 else f"macro steps, {run.rejections} rejected,"
     iterated = f", {run.iterations / run.steps:.1f} iterations a step" if run.iterations and run.steps else ""
+    span = (f"from t = {run.start:.9g} s " if run.start else "") + f"to t = {trajectory.t[-1]:.9g} s"
     lines = [
         f"{head}{run.system.name}: {parts}, as {what}",
-        f"{a.name}, input degree {a.degree}, {run.steps} {even} to t = {trajectory.t[-1]:g} s{iterated}",
+        f"{a.name}, input degree {a.degree}, {run.steps} {even} {span}{iterated}",
         f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s, in it {spent}",
     ]
     table = Table("at the end", "value", "unit", box=None, pad_edge=False)

@@ -1,6 +1,7 @@
 """From a tree of systems to one flat System: connections traced through system connectors, parameters brought to components."""
 
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -39,11 +40,12 @@ def read(file: Path | str) -> System:
     bound = bound_values(top, arriving)
     parts = tuple(Part(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
     root, found = top.document.root, top.document
+    start, stop = _span(found)
     try:
         return System(
             name=root.get("name") or Path(location).stem, parts=parts, connections=tuple(connections), bonds=_bonds(top, leaves),
-            step=_step(found), stop=_stop(found), description=top.element.get("description") or root.get("description", ""),
-            stop_when=_stops(top, leaves),
+            step=_step(found), start=start, stop=stop, stop_when=_stops(top, leaves),
+            description=top.element.get("description") or root.get("description", ""),
         )  # fmt: skip
     except WiringError as error:
         raise WiringError(f"{found.what}: {error}") from None
@@ -146,11 +148,13 @@ def _step(found: Document) -> float:
     return 1e-3 if master is None else found.number(master, "step", "1e-3")
 
 
-def _stop(found: Document) -> float:
-    """When a run ends (s); it always begins at 0."""
+def _span(found: Document) -> tuple[float, float]:
+    """When a run begins and ends (s): as DefaultExperiment says, else from 0, over one second."""
     experiment = found.root.find("ssd:DefaultExperiment", NAMESPACES)
     if experiment is None:
-        return 1.0
-    if found.number(experiment, "startTime", "0") != 0.0:
-        raise found.fault(experiment, f"startTime must be 0, where every run begins, got {experiment.get('startTime')}")
-    return found.number(experiment, "stopTime", "1")
+        return 0.0, 1.0
+    start = found.number(experiment, "startTime", "0")
+    stop = found.number(experiment, "stopTime", repr(start + 1.0))
+    if not (isfinite(start) and isfinite(stop) and start < stop):
+        raise found.fault(experiment, f"stopTime must be after startTime, got {stop:g} and {start:g}")
+    return start, stop
