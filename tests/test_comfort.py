@@ -5,12 +5,14 @@ import pytest
 
 from cosim.comfort import W_B, W_B_ISO_8041, W_D, Weighting, mean_comfort, percentile, verdict, weighted, window_rms
 
-# ISO 2631-1:1997, Table 3, W_d times 1000, at the third octaves' nominal frequencies from 0.1 Hz on. The entry for 10 Hz is printed
-# as 212; the standard's own formula gives 201.7, as its neighbours do, so that digit is taken for a misprint and left out.
+# ISO 2631-1:1997, Table 3, W_d times 1000, at the third octaves' nominal frequencies from 0.1 Hz on. At 10 Hz
+# 212 is printed; the standard's own formula gives 201.7, as its neighbours do, so that digit is taken for a misprint and left out.
 TABLE_3 = (
-    "62.4 97.3 158 243 365 530 713 853 944 992 1011 1008 968 890 776 642 512 409 323 253 - 161 125 100 80.0 63.2 49.4 38.8 29.5 "
-    "21.1 14.1 8.63 4.55 2.43 1.26 0.64 0.31"
-).split()
+    "62.4", "97.3", "158", "243", "365", "530", "713", "853", "944", "992",
+    "1011", "1008", "968", "890", "776", "642", "512", "409", "323", "253",
+    "-", "161", "125", "100", "80.0", "63.2", "49.4", "38.8", "29.5", "21.1",
+    "14.1", "8.63", "4.55", "2.43", "1.26", "0.64", "0.31",
+)  # fmt: skip
 NOMINAL = (1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0)  # times powers of 10
 T = np.arange(0.0, 80.0, 1e-3)  # s
 
