@@ -69,14 +69,24 @@ def pair(*, cubic: float = 0.0) -> System:
     )
 
 
-def fails(at: float = 0.55) -> Component:
-    """A clock whose output is NaN from t = `at` (s) on."""
+def fails(at: float = 0.55, unit: str = "s", variant: str = "fails") -> Component:
+    """A clock whose output, called one in `unit`, is NaN from t = `at` (s) on."""
     return build(
-        name="oscillator", variant="fails", description="a clock that breaks", equations="", internal_step=1e-3,
-        variables=[state("clock", "s", "time"), output("reading", "s", "what it shows"),
+        name="oscillator", variant=variant, description="a clock that breaks", equations="", internal_step=1e-3,
+        variables=[state("clock", "s", "time"), output("reading", unit, "what it shows"),
                    parameter("breaks_at", at, "s", "when it breaks", source="test")],
         model=lambda s: ({"clock": 1}, {"reading": s["clock"] + 1e-12 * ca.sqrt(s["breaks_at"] - s["clock"])}),
     )  # fmt: skip
+
+
+def failing_force() -> Component:
+    """As `fails`, for the left mass."""
+    return fails(unit="N", variant="failing_force")
+
+
+def failing_position() -> Component:
+    """As `fails`, for the right mass."""
+    return fails(unit="m", variant="failing_position")
 
 
 def crossed(direct: float = 1.0) -> Component:

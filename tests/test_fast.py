@@ -75,6 +75,35 @@ def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, mo
     np.testing.assert_allclose(partial.trajectory["clock.reading"], partial.trajectory.t, atol=1e-11)
 
 
+@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(2), GaussSeidel(0), GaussSeidel(1)], ids=repr)
+@pytest.mark.parametrize(
+    ("kind", "into"), [("fails", ()), ("failing_force", ("left", "force")), ("failing_position", ("right", "position"))],
+    ids=["nowhere", "held", "fed through"],
+)  # fmt: skip
+def test_an_output_that_is_no_number_stops_all_paths_alike(
+    kind: str, into: tuple[str, str], algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether it is connected or not, to what feeds it through or not: the same error, the same results before it."""
+    parts = tuple(Part(name, f"{oscillators.HERE}:{of}") for name, of in
+                  (("clock", kind), ("left", "left"), ("right", "right")))  # fmt: skip
+    wires = tuple(Connection(("clock", "reading"), into) for _ in (into,) if into)
+    said, values = [], []
+    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+        with monkeypatch.context() as patch:
+            patch.setattr(fast, "fits", fits)
+            patch.setattr(fast, "LONG", long)
+            with pytest.raises(
+                SlaveError, match=r"'clock' failed at t = 0\.55 s: output 'reading' must be finite, got nan"
+            ) as caught:
+                simulate(System("s", parts, wires), algorithm=algorithm, step=0.01, stop=1.0)
+        said.append((caught.value.slave, caught.value.t, caught.value.reason))
+        values.append(caught.value.partial.trajectory.values)
+    assert said[0] == said[1] == said[2]
+    assert len(values[0]) == 55  # to t = 0.54 s
+    np.testing.assert_array_equal(values[1], values[0])
+    np.testing.assert_array_equal(values[2], values[0])
+
+
 def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast, "LONG", 0)
     run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)

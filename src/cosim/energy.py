@@ -70,14 +70,15 @@ class EnergyMeter:
         if not self.signals.size or not len(h):
             return
         known = len(self._past)
-        Z = np.concatenate([self._past, Y[:, self.signals]])
         if self.kernel is not None:
             before = self._step or float(h[0])
             self.kernel(
-                Z, known, h, before, used, self._scale, self._offset, self._factor, self._residual, self._exchanged, self._peak
-            )
-            self._step, self._past = float(h[-1]), Z[-3:].copy()
+                self._past, Y, self.signals, h, before, used, self._scale, self._offset, self._factor,
+                self._residual, self._exchanged, self._peak,
+            )  # fmt: skip
+            self._step, self._past = float(h[-1]), np.concatenate([self._past, Y[-3:, self.signals]])[-3:]
             return
+        Z = np.concatenate([self._past, Y[:, self.signals]])
         start, end = Z[known - 1 : -1], Z[known:]
         middle = self._middle(Z, known, h, self._step or float(h[0]))
         self._step = float(h[-1])
@@ -122,50 +123,39 @@ class EnergyMeter:
 
 
 def accumulate(
-    Z: Any, known: int, h: Any, before: float, used: Any, scale: Any, offset: Any, factor: Any, residual: Any, exchanged: Any,
-    peak: Any,
+    past: Any, Y: Any, signals: Any, h: Any, before: float, used: Any, scale: Any, offset: Any, factor: Any, residual: Any,
+    exchanged: Any, peak: Any,
 ) -> None:  # fmt: skip
     """As EnergyMeter.add, step by step, for a compiler: adds to residual, exchanged and peak of every bond."""
-    for k in range(h.shape[0]):
-        row = known + k
-        last = before if k == 0 else h[k - 1]
-        points = min(row + 1, 4)
-        if abs(h[k] - last) > 1e-9 * h[k]:
-            points = 2
-        for b in range(factor.shape[0]):
-            sum_residual, sum_exchanged = 0.0, 0.0
-            for node in range(3):
-                pair = (0.0, 0.0)
-                if node == 0:
-                    pair = (Z[row - 1, 2 * b], Z[row - 1, 2 * b + 1])
-                elif node == 2:
-                    pair = (Z[row, 2 * b], Z[row, 2 * b + 1])
-                elif points == 2:
-                    pair = ((Z[row, 2 * b] + Z[row - 1, 2 * b]) / 2, (Z[row, 2 * b + 1] + Z[row - 1, 2 * b + 1]) / 2)
-                elif points == 3:
-                    pair = (
-                        3 / 8 * Z[row, 2 * b] + 6 / 8 * Z[row - 1, 2 * b] - 1 / 8 * Z[row - 2, 2 * b],
-                        3 / 8 * Z[row, 2 * b + 1] + 6 / 8 * Z[row - 1, 2 * b + 1] - 1 / 8 * Z[row - 2, 2 * b + 1],
-                    )
-                else:
-                    pair = (
-                        (5 * Z[row, 2 * b] + 15 * Z[row - 1, 2 * b] - 5 * Z[row - 2, 2 * b] + Z[row - 3, 2 * b]) / 16,
-                        (5 * Z[row, 2 * b + 1] + 15 * Z[row - 1, 2 * b + 1] - 5 * Z[row - 2, 2 * b + 1] + Z[row - 3, 2 * b + 1])
-                        / 16,
-                    )
-                w, M = pair
-                at = 0.5 * node * h[k]
-                w_taken = used[k, 2 * b, 0] + at * (used[k, 2 * b, 1] + at * used[k, 2 * b, 2] / 2)
-                M_taken = used[k, 2 * b + 1, 0] + at * (used[k, 2 * b + 1, 1] + at * used[k, 2 * b + 1, 2] / 2)
-                w_taken = (w_taken - offset[2 * b]) / scale[2 * b]
-                M_taken = (M_taken - offset[2 * b + 1]) / scale[2 * b + 1]
-                power = (M_taken * w - M * w_taken) * factor[b]
-                weight = 4.0 if node == 1 else 1.0
-                sum_residual += weight * power
-                sum_exchanged += weight * abs(M * w * factor[b])
-                peak[b] = max(peak[b], abs(power))
-            residual[b] += sum_residual * h[k] / 6
-            exchanged[b] += sum_exchanged * h[k] / 6
+    n = past.shape[0]
+    for b in range(factor.shape[0]):
+        motion, effort = signals[2 * b], signals[2 * b + 1]
+        c_w, c_M, o_w, o_M = 1 / scale[2 * b], 1 / scale[2 * b + 1], offset[2 * b], offset[2 * b + 1]
+        w1, M1 = past[n - 1, 2 * b], past[n - 1, 2 * b + 1]  # one, two, three points before the newest
+        w2, M2 = past[n - min(n, 2), 2 * b], past[n - min(n, 2), 2 * b + 1]
+        w3, M3 = past[0, 2 * b], past[0, 2 * b + 1]
+        last, sum_residual, sum_exchanged, highest = before, 0.0, 0.0, peak[b]
+        for k in range(h.shape[0]):
+            w, M, step = Y[k, motion], Y[k, effort], h[k]
+            uneven = abs(step - last) > 1e-9 * step
+            if n + k >= 3 and not uneven:
+                w_half, M_half = (5 * w + 15 * w1 - 5 * w2 + w3) / 16, (5 * M + 15 * M1 - 5 * M2 + M3) / 16
+            elif n + k == 2 and not uneven:
+                w_half, M_half = (3 * w + 6 * w1 - w2) / 8, (3 * M + 6 * M1 - M2) / 8
+            else:
+                w_half, M_half = (w + w1) / 2, (M + M1) / 2
+            u_w, u_M, half = used[k, 2 * b, 0] - o_w, used[k, 2 * b + 1, 0] - o_M, step / 2
+            s_w, s_M, q_w, q_M = used[k, 2 * b, 1], used[k, 2 * b + 1, 1], used[k, 2 * b, 2] / 2, used[k, 2 * b + 1, 2] / 2
+            start = u_M * c_M * w1 - M1 * (u_w * c_w)
+            middle = (u_M + half * (s_M + half * q_M)) * c_M * w_half - M_half * ((u_w + half * (s_w + half * q_w)) * c_w)
+            end = (u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)
+            sum_residual += step * (start + 4 * middle + end)
+            sum_exchanged += step * (abs(M1 * w1) + 4 * abs(M_half * w_half) + abs(M * w))
+            highest = max(highest, abs(start * factor[b]), abs(middle * factor[b]), abs(end * factor[b]))
+            w1, w2, w3, M1, M2, M3, last = w, w1, w2, M, M1, M2, step
+        residual[b] += sum_residual * factor[b] / 6
+        exchanged[b] += sum_exchanged * abs(factor[b]) / 6
+        peak[b] = highest
 
 
 def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,9 +10,11 @@ import numpy as np
 
 from cosim import loop
 from cosim.coupling import Algorithm, GaussSeidel, Jacobi
+from cosim.errors import SlaveError
 from cosim.network import Network
 from cosim.slaves.base import RawFmi2
 
+TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
 LONG = 15_000  # slave steps from which compiling, or loading what was compiled before, pays
 
 
@@ -30,41 +32,54 @@ class FastLoop:
         self._sequential = isinstance(algorithm, GaussSeidel)
         sequence = network.sequence(algorithm.sequence) if isinstance(algorithm, GaussSeidel) else range(len(network.slaves))
         self._sequence, self._exchange = np.array(sequence, dtype=np.int64), np.array(network.order, dtype=np.int64)
-        starts = np.cumsum([0, *(len(s.inputs) for s in network.slaves)])
         wires = [network.wires(i) for i in range(len(network.slaves))]
+        first = np.cumsum([0, *map(len, wires)])  # of each slave's connected inputs; the others are given once, here
         joined = [wire for of_slave in wires for wire in of_slave]
-        self._source, self._target = (np.array([w[c] for w in joined], dtype=np.int64) for c in (0, 1))
+        self._source = np.array([w[0] for w in joined], dtype=np.int64)
         self._scale, self._offset = (np.array([w[c] for w in joined], dtype=float) for c in (2, 3))
-        self._u = np.concatenate([*(network.start_inputs(i) for i in range(len(network.slaves))), np.zeros(1)])
-        self._du = np.zeros(2 * self._u.size)
+        self._fresh = np.zeros(len(joined), dtype=np.int64)
+        if self._sequential:
+            turn = np.empty(len(network.slaves), dtype=int)
+            turn[self._sequence] = np.arange(turn.size)
+            owner = np.repeat(np.arange(turn.size), [len(s.outputs) for s in network.slaves])
+            self._fresh[:] = turn[owner[self._source]] < np.repeat(turn, [len(w) for w in wires])
+        self._u, self._du = np.zeros(len(joined) + 1), np.zeros(2 * len(joined) + 1)
         self._orders = np.zeros(len(network.slaves), dtype=np.int64)
         self._Y, self._t, self._h, self._used = Y, t, h, used
         bond_inputs = [place for bond in network.bonds for place in (bond.motion_input, bond.effort_input)]
         self._bond_inputs = np.zeros((len(bond_inputs), 3), dtype=np.int64)
         for row, (i, j) in enumerate(bond_inputs):
-            n_u = len(network.slaves[i].inputs)
-            self._bond_inputs[row] = starts[i] + j, 2 * starts[i] + j, 2 * starts[i] + n_u + j
+            (place,) = (q for q, wire in enumerate(wires[i]) if wire[1] == j)
+            self._bond_inputs[row] = first[i] + place, 2 * first[i] + place, 2 * first[i] + len(wires[i]) + place
         self._table = np.zeros((len(network.slaves), len(loop.COLUMNS)), dtype=np.int64)
         self._raws: list[RawFmi2] = []
-        first = 0
+        self._references: list[np.ndarray] = []  # of the connected inputs; the table holds their addresses
         for i, slave in enumerate(network.slaves):
             raw = slave.raw
             assert raw is not None
             self._raws.append(raw)
-            last = first + len(wires[i])
-            feeds_through = bool(slave.feedthrough[:, [w[1] for w in wires[i]]].any()) if wires[i] else False
+            n_u, places = len(slave.inputs), np.array([w[1] for w in wires[i]], dtype=np.int64)
+            later = np.concatenate([places, n_u + places])
+            references = (raw.u_refs[places], raw.du_refs[later], raw.du_orders[later])
+            self._references += references
+            u_refs, du_refs, du_orders = (r.ctypes.data for r in references)
+            feeds_through = bool(slave.feedthrough[:, places].any())
             self._table[i] = (
-                raw.instance, raw.set_real, raw.get_real, raw.do_step, raw.set_derivatives,
-                raw.u_refs.ctypes.data, raw.y_refs.ctypes.data, raw.du_refs.ctypes.data, raw.du_orders.ctypes.data,
-                raw.no_set_state, len(slave.inputs), len(slave.outputs), starts[i], network.slices[i].start, first, last,
+                raw.instance, raw.set_real, raw.get_real, raw.do_step, raw.set_derivatives, u_refs, raw.y_refs.ctypes.data,
+                du_refs, du_orders, raw.no_set_state, len(places), len(slave.outputs), network.slices[i].start, first[i],
                 slave.input_degree, feeds_through,
             )  # fmt: skip
-            first = last
+            start = network.start_inputs(i)
+            if n_u > len(places):
+                status = loop.values_call(raw.set_real, raw.instance, raw.u_refs.ctypes.data, n_u, start.ctypes.data)
+                raw.check(status, loop.CALLS[1], float(t[0]), 0.0)
         self._now = np.zeros(2, dtype=np.int64)
         self._kept, self._failure = np.zeros(len(joined) + 1), np.zeros(3, dtype=np.int64)
         buffers = (self._u, self._du, self._Y, self._now)
-        self._pointers = np.array([*(b.ctypes.data for b in buffers), getattr(time, "CLOCK_MONOTONIC", 0)], dtype=np.int64)
         self._clock = _clock_address()
+        self._pointers = np.array(
+            [*(b.ctypes.data for b in buffers), self._clock, getattr(time, "CLOCK_MONOTONIC", 0)], dtype=np.int64
+        )
         self._spent = np.zeros(len(network.slaves))
 
     def march(self, row: int, rows: int, *, fast: bool) -> int:
@@ -73,23 +88,37 @@ class FastLoop:
         fast : run the compiled loop; else the same source as Python runs it.
         """
         function = compiled() if fast else None
+        timed_every = 0 if not self._clock else TIMED if function else 1
+        self._failure[:] = 0
         done = int(
             (function or loop.march)(
-                self._table, self._source, self._target, self._scale, self._offset, self._u, self._du, self._orders,
+                self._table, self._source, self._fresh, self._scale, self._offset, self._u, self._du, self._orders,
                 self._sequence, self._exchange, self._sequential, self._degree, self._Y, self._t, self._h, row, rows,
-                self._bond_inputs, self._used, self._clock, self._now, self._spent, self._pointers, self._kept, self._failure,
+                self._bond_inputs, self._used, timed_every, self._now, self._spent, self._pointers, self._kept, self._failure,
             )
         )  # fmt: skip
         self._network.do_step_s = self._spent.tolist()
+        reached = self._Y[row + 1 : row + 1 + min(done + 1, rows)]  # with the row that a march that stopped has begun
+        if done < rows or not np.isfinite(reached.sum()):
+            bad = ~np.isfinite(reached).all(axis=1)
+            done = min(done, int(np.argmax(bad))) if bad.any() else done
         return done
 
     def explain(self, row: int) -> None:
         """Raise the SlaveError of what stopped a march at the step after row `row`."""
-        i, call, status = (int(x) for x in self._failure)
         t, h = float(self._t[row]), float(self._h[row + 1])
-        if call == 5:
-            self._network.slaves[i].output(self._network.start_inputs(i), t + h)  # says which output is not finite
-        self._raws[i].check(max(status, 3), loop.CALLS[call], t, h)
+        i, call, status = (int(x) for x in self._failure)
+        infinite = np.flatnonzero(~np.isfinite(self._Y[row + 1]))
+        if not infinite.size:
+            self._raws[i].check(max(status, 3), loop.CALLS[call], t, h)
+        network, c = self._network, int(infinite[0])
+        (i,) = (i for i, part in enumerate(network.slices) if part.start <= c < part.stop)
+        name = network.slaves[i].outputs[c - network.slices[i].start].name
+        try:
+            self._raws[i].check(3, "", t, h)
+        except SlaveError as error:
+            reason = f"output {name!r} must be finite, got {self._Y[row + 1, c]}"
+            raise SlaveError(error.slave, t + h, 0.0, reason, error.log) from None
 
 
 def fits(network: Network, algorithm: Algorithm) -> bool:

@@ -1,25 +1,24 @@
 """The inner loop for FMI 2.0 FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
 
 `march` is one source with two lives: for short runs it is run by Python as it stands, for long ones numba compiles it, with
-the four calls below replaced by calls through the same addresses. It repeats coupling/explicit.py and coupling/history.py
+the calls below replaced by ones through the same addresses. It repeats coupling/explicit.py and coupling/history.py
 operation by operation, so all three give the same bits; a test holds them to it.
 """
 
 import ctypes
+import sys
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-# Columns of the table of slaves, int64.
+# Columns of the table of slaves, int64. n_u counts connected inputs, which stand one after another from `first` on.
 COLUMNS = (
     "instance", "set_real", "get_real", "do_step", "set_derivatives", "u_refs", "y_refs", "du_refs", "du_orders", "no_set_state",
-    "n_u", "n_y", "u_start", "y_start", "first", "last", "degree", "feeds_through",
+    "n_u", "n_y", "y_start", "first", "degree", "feeds_through",
 )  # fmt: skip
-(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, U_START,
- Y_START, FIRST, LAST, DEGREE, FEEDS_THROUGH) = range(len(COLUMNS))  # fmt: skip
-CALLS = ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal", "finite")
-TIMED = 16  # one step in so many is timed
+(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, Y_START,
+ FIRST, DEGREE, FEEDS_THROUGH) = range(len(COLUMNS))  # fmt: skip
+CALLS = ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal")
+LARGEST = sys.float_info.max
 
 
 @lru_cache(maxsize=1024)
@@ -52,43 +51,50 @@ def clock_call(address: int, clock: int, time: int) -> int:
 
 
 def march(
-    S: Any, source: Any, target: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
+    S: Any, source: Any, fresh: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
     sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, bond_inputs: Any, bond_used: Any,
-    clock: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
+    timed_every: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
 ) -> int:  # fmt: skip
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
     S : table of slaves, see COLUMNS.
-    source, target, scale, offset : per connected input, slave by slave (columns FIRST to LAST).
-    u, du : inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
+    source, scale, offset : per connected input, slave by slave. fresh : whether its source has stepped already (Gauss-Seidel).
+    u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
     orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.
     Y, t, h : outputs, times and steps per row; Y holds at least `degree` earlier rows.
     bond_inputs, bond_used : places in u and du, and for each step what was found there, shape (rows, n, 3).
-    spent : s per slave. kept : scratch, one number per connected input.
-    pointers : addresses of u, du, Y and now, then the number of the clock.
-    failure : slave, call (place in CALLS) and status of what stopped the march.
+    timed_every : one step in so many is timed, none where it is 0. spent : s per slave. kept : scratch, as u.
+    pointers : addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
+    failure : slave, call (place in CALLS) and status of the call that stopped the march.
+    An output that is not finite stops it, too, before it reaches another slave; one that reaches none does not.
     """
     n_Y = Y.shape[1]
-    done_by = np.zeros(n_Y, dtype=np.bool_)
     for k in range(rows):
         r = row + k
         step, t0 = h[r + 1], t[r]
         s1 = t[r - 1] - t0 if degree > 0 else 0.0
         s2 = t[r - 2] - t0 if degree > 1 else 0.0
-        timed = clock != 0 and k % TIMED == 0
-        if sequential:
-            done_by[:] = False
+        timed = timed_every > 0 and k % timed_every == 0
         for i in sequence:
-            n_u, u0, instance = S[i, N_U], S[i, U_START], S[i, INSTANCE]
-            second = 2 * u0 + n_u
-            for q in range(S[i, FIRST], S[i, LAST]):
-                c, j = source[q], target[q]
-                y0 = Y[r, c]
-                value, slope, curvature = y0, 0.0, 0.0
-                if sequential and done_by[c]:
-                    yn = Y[r + 1, c]
-                    value = yn
-                    if degree > 0:
+            n_u, u0, instance = S[i, N_U], S[i, FIRST], S[i, INSTANCE]
+            if degree == 0:
+                for q in range(u0, u0 + n_u):
+                    y0 = Y[r + fresh[q], source[q]]
+                    if not abs(y0) <= LARGEST:
+                        return k
+                    u[q] = y0 * scale[q] + offset[q]
+            else:
+                for j in range(n_u):
+                    q = u0 + j
+                    c = source[q]
+                    y0 = Y[r, c]
+                    value, slope, curvature = y0, 0.0, 0.0
+                    if not abs(y0) <= LARGEST:
+                        return k
+                    if fresh[q] > 0:
+                        yn = Y[r + 1, c]
+                        if not abs(yn) <= LARGEST:
+                            return k
                         a = (y0 - yn) / (0.0 - step)
                         value, slope = yn - a * step, a
                         if degree > 1:
@@ -96,27 +102,27 @@ def march(
                             value = yn - a * step + b * (step * 0.0)
                             slope = a - b * (step + 0.0)
                             curvature = 2.0 * b
-                elif degree > 0:
-                    a = (Y[r - 1, c] - y0) / s1
-                    slope = a
-                    if degree > 1:
-                        b = ((Y[r - 2, c] - Y[r - 1, c]) / (s2 - s1) - a) / s2
-                        slope = a - b * s1
-                        curvature = 2.0 * b
-                value, slope, curvature = value * scale[q] + offset[q], slope * scale[q], curvature * scale[q]
-                if S[i, DEGREE] < 2:
-                    value -= curvature * (step * step / 12)
-                    slope += curvature * (step / 2)
-                    curvature = 0.0
-                    if S[i, DEGREE] == 0:
-                        value += slope * (step / 2)
-                        slope = 0.0
-                u[u0 + j], du[2 * u0 + j], du[second + j] = value, slope, curvature
-                if S[i, DEGREE] > 0 and orders[i] < 2:
-                    if curvature != 0.0:
-                        orders[i] = 2
-                    elif slope != 0.0 and orders[i] < 1:
-                        orders[i] = 1
+                    else:
+                        a = (Y[r - 1, c] - y0) / s1
+                        slope = a
+                        if degree > 1:
+                            b = ((Y[r - 2, c] - Y[r - 1, c]) / (s2 - s1) - a) / s2
+                            slope = a - b * s1
+                            curvature = 2.0 * b
+                    value, slope, curvature = value * scale[q] + offset[q], slope * scale[q], curvature * scale[q]
+                    if S[i, DEGREE] < 2:
+                        value -= curvature * (step * step / 12)
+                        slope += curvature * (step / 2)
+                        curvature = 0.0
+                        if S[i, DEGREE] == 0:
+                            value += slope * (step / 2)
+                            slope = 0.0
+                    u[q], du[2 * u0 + j], du[2 * u0 + n_u + j] = value, slope, curvature
+                    if S[i, DEGREE] > 0 and orders[i] < 2:
+                        if curvature != 0.0:
+                            orders[i] = 2
+                        elif slope != 0.0 and orders[i] < 1:
+                            orders[i] = 1
             if n_u > 0:
                 status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
                 if status > 1:
@@ -130,24 +136,24 @@ def march(
                         failure[0], failure[1], failure[2] = i, 2, status
                         return k
             if timed:
-                clock_call(clock, pointers[4], pointers[3])
+                clock_call(pointers[4], pointers[5], pointers[3])
                 began = now[0] + 1e-9 * now[1]
             status = step_call(S[i, DO_STEP], instance, t0, step, S[i, NO_SET_STATE])
             if timed:
-                clock_call(clock, pointers[4], pointers[3])
-                spent[i] += TIMED * (now[0] + 1e-9 * now[1] - began)
+                clock_call(pointers[4], pointers[5], pointers[3])
+                spent[i] += timed_every * (now[0] + 1e-9 * now[1] - began)
             if status > 1:
                 failure[0], failure[1], failure[2] = i, 3, status
                 return k
             if sequential:
                 if S[i, FEEDS_THROUGH] > 0:
-                    for q in range(S[i, FIRST], S[i, LAST]):
-                        j = target[q]
-                        kept[q] = u[u0 + j]  # the value at the start, put back below for the record
-                        u[u0 + j] = u[u0 + j] + step * (du[2 * u0 + j] + step * du[second + j] / 2)
+                    for j in range(n_u):
+                        q = u0 + j
+                        kept[q] = u[q]  # the value at the start, put back below for the record
+                        u[q] = u[q] + step * (du[2 * u0 + j] + step * du[2 * u0 + n_u + j] / 2)
                     status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
-                    for q in range(S[i, FIRST], S[i, LAST]):
-                        u[u0 + target[q]] = kept[q]
+                    for q in range(u0, u0 + n_u):
+                        u[q] = kept[q]
                     if status > 1:
                         failure[0], failure[1], failure[2] = i, 1, status
                         return k
@@ -156,31 +162,27 @@ def march(
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 4, status
                     return k
-                done_by[S[i, Y_START] : S[i, Y_START] + S[i, N_Y]] = True
         for q in range(bond_inputs.shape[0]):
             bond_used[k, q, 0] = u[bond_inputs[q, 0]]
-            bond_used[k, q, 1] = du[bond_inputs[q, 1]]
-            bond_used[k, q, 2] = du[bond_inputs[q, 2]]
+            if degree > 0:
+                bond_used[k, q, 1] = du[bond_inputs[q, 1]]
+                bond_used[k, q, 2] = du[bond_inputs[q, 2]]
         for i in exchange:
             if S[i, FEEDS_THROUGH] > 0:
-                u0 = S[i, U_START]
-                for q in range(S[i, FIRST], S[i, LAST]):
-                    u[u0 + target[q]] = Y[r + 1, source[q]] * scale[q] + offset[q]
+                u0 = S[i, FIRST]
+                for q in range(u0, u0 + S[i, N_U]):
+                    y1 = Y[r + 1, source[q]]
+                    if not abs(y1) <= LARGEST:
+                        return k
+                    u[q] = y1 * scale[q] + offset[q]
                 status = values_call(S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], S[i, N_U], pointers[0] + 8 * u0)
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 1, status
                     return k
-            elif sequential:
-                continue
-            at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
-            status = values_call(S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
-            if status > 1:
-                failure[0], failure[1], failure[2] = i, 4, status
-                return k
-            total = 0.0
-            for c in range(S[i, Y_START], S[i, Y_START] + S[i, N_Y]):
-                total += Y[r + 1, c]
-            if not np.isfinite(total):
-                failure[0], failure[1], failure[2] = i, 5, 3
-                return k
+            if S[i, FEEDS_THROUGH] > 0 or not sequential:
+                at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
+                status = values_call(S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
+                if status > 1:
+                    failure[0], failure[1], failure[2] = i, 4, status
+                    return k
     return rows

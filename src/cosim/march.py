@@ -57,7 +57,7 @@ class March:
         position = resume.position() if resume is not None else None
         self.recorder = Recorder(options.record, network, n, position)
         rows = int(np.clip(CHUNK_NUMBERS // max(1, Y.size), 16, 4096))
-        self._Y, self._t, self._h = np.empty((HISTORY + rows, Y.size)), np.empty(HISTORY + rows), np.empty(HISTORY + rows)
+        self._Y, self._t, self._h = np.zeros((HISTORY + rows, Y.size)), np.empty(HISTORY + rows), np.empty(HISTORY + rows)
         self._used = np.zeros((rows, 2 * len(network.bonds), 3))
         self._rows = rows
         if resume is None:
