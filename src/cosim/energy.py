@@ -82,15 +82,18 @@ class EnergyMeter:
         start, end = Z[known - 1 : -1], Z[known:]
         middle = self._middle(Z, known, h, self._step or float(h[0]))
         self._step = float(h[-1])
+        added, carried = np.zeros((2, *start.shape[:1], len(self._factor)))
         for point, weight, s in ((start, 1.0, 0.0), (middle, 4.0, 0.5), (end, 1.0, 1.0)):  # Simpson's rule
             at = (s * h)[:, None]
             taken = used[:, :, 0] + at * (used[:, :, 1] + at * used[:, :, 2] / 2)
             taken = (taken - self._offset) / self._scale
             w, M = point[:, ::2], point[:, 1::2]
             residual = (taken[:, 1::2] * w - M * taken[:, ::2]) * self._factor
-            self._residual += h @ residual * (weight / 6.0)
-            self._exchanged += h @ np.abs(M * w * self._factor) * (weight / 6.0)
+            added += weight * residual
+            carried += weight * np.abs(M * w * self._factor)
             self._peak = np.maximum(self._peak, np.abs(residual).max(axis=0))
+        for sums, of_steps in ((self._residual, added), (self._exchanged, carried)):  # one by one: the same bits in any chunks
+            sums[:] = np.cumsum(np.vstack([sums, h[:, None] * of_steps / 6]), axis=0)[-1]
         self._past = Z[-3:].copy()
 
     @staticmethod
@@ -134,7 +137,7 @@ def accumulate(
         w1, M1 = past[n - 1, 2 * b], past[n - 1, 2 * b + 1]  # one, two, three points before the newest
         w2, M2 = past[n - min(n, 2), 2 * b], past[n - min(n, 2), 2 * b + 1]
         w3, M3 = past[0, 2 * b], past[0, 2 * b + 1]
-        last, sum_residual, sum_exchanged, highest = before, 0.0, 0.0, peak[b]
+        last, sum_residual, sum_exchanged, highest = before, residual[b], exchanged[b], peak[b]
         for k in range(h.shape[0]):
             w, M, step = Y[k, motion], Y[k, effort], h[k]
             uneven = abs(step - last) > 1e-9 * step
@@ -149,13 +152,11 @@ def accumulate(
             start = u_M * c_M * w1 - M1 * (u_w * c_w)
             middle = (u_M + half * (s_M + half * q_M)) * c_M * w_half - M_half * ((u_w + half * (s_w + half * q_w)) * c_w)
             end = (u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)
-            sum_residual += step * (start + 4 * middle + end)
-            sum_exchanged += step * (abs(M1 * w1) + 4 * abs(M_half * w_half) + abs(M * w))
+            sum_residual += step / 6 * factor[b] * (start + 4 * middle + end)
+            sum_exchanged += step / 6 * abs(factor[b]) * (abs(M1 * w1) + 4 * abs(M_half * w_half) + abs(M * w))
             highest = max(highest, abs(start * factor[b]), abs(middle * factor[b]), abs(end * factor[b]))
             w1, w2, w3, M1, M2, M3, last = w, w1, w2, M, M1, M2, step
-        residual[b] += sum_residual * factor[b] / 6
-        exchanged[b] += sum_exchanged * abs(factor[b]) / 6
-        peak[b] = highest
+        residual[b], exchanged[b], peak[b] = sum_residual, sum_exchanged, highest
 
 
 def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:

@@ -46,6 +46,8 @@ class FastLoop:
         self._u, self._du = np.zeros(len(joined) + 1), np.zeros(2 * len(joined) + 1)
         self._orders = np.zeros(len(network.slaves), dtype=np.int64)
         self._Y, self._t, self._h, self._used = Y, t, h, used
+        self._stops = np.array([network.place(stop.signal) for stop in network.system.stop_when], dtype=np.int64)
+        self._above = np.array([stop.above for stop in network.system.stop_when], dtype=float)
         bond_inputs = [place for bond in network.bonds for place in (bond.motion_input, bond.effort_input)]
         self._bond_inputs = np.zeros((len(bond_inputs), 3), dtype=np.int64)
         for row, (i, j) in enumerate(bond_inputs):
@@ -89,15 +91,19 @@ class FastLoop:
         """
         function = compiled() if fast else None
         timed_every = 0 if not self._clock else TIMED if function else 1
-        self._failure[:] = 0
+        self._failure[:], self._spent[:] = 0, 0.0
+        began = time.perf_counter()
         done = int(
             (function or loop.march)(
                 self._table, self._source, self._fresh, self._scale, self._offset, self._u, self._du, self._orders,
                 self._sequence, self._exchange, self._sequential, self._degree, self._Y, self._t, self._h, row, rows,
-                self._bond_inputs, self._used, timed_every, self._now, self._spent, self._pointers, self._kept, self._failure,
+                self._stops, self._above, self._bond_inputs, self._used, timed_every, self._now, self._spent, self._pointers,
+                self._kept, self._failure,
             )
         )  # fmt: skip
-        self._network.do_step_s = self._spent.tolist()
+        took, inside = time.perf_counter() - began, float(self._spent.sum())
+        share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
+        self._network.do_step_s = [a + share * b for a, b in zip(self._network.do_step_s, self._spent.tolist(), strict=True)]
         reached = self._Y[row + 1 : row + 1 + min(done + 1, rows)]  # with the row that a march that stopped has begun
         if done < rows or not np.isfinite(reached.sum()):
             bad = ~np.isfinite(reached).all(axis=1)

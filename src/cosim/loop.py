@@ -52,8 +52,8 @@ def clock_call(address: int, clock: int, time: int) -> int:
 
 def march(
     S: Any, source: Any, fresh: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
-    sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, bond_inputs: Any, bond_used: Any,
-    timed_every: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
+    sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, stops: Any, above: Any, bond_inputs: Any,
+    bond_used: Any, timed_every: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
 ) -> int:  # fmt: skip
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
@@ -62,6 +62,7 @@ def march(
     u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
     orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.
     Y, t, h : outputs, times and steps per row; Y holds at least `degree` earlier rows.
+    stops, above : places in Y and the values above which they end the march, with that step done.
     bond_inputs, bond_used : places in u and du, and for each step what was found there, shape (rows, n, 3).
     timed_every : one step in so many is timed, none where it is 0. spent : s per slave. kept : scratch, as u.
     pointers : addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
@@ -185,4 +186,7 @@ def march(
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 4, status
                     return k
+        for q in range(stops.shape[0]):
+            if Y[r + 1, stops[q]] > above[q]:
+                return k + 1
     return rows

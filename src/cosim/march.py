@@ -16,7 +16,8 @@ from cosim.recording import Recorder, Recording
 
 Progress = Callable[[float, float], None]
 HISTORY = 4  # rows of outputs before the newest that a chunk begins with
-WATCHED = 64  # macro steps between two looks at the stop conditions
+FIRST_CHUNK = 16  # macro steps of the inner loop's first chunk
+PATIENCE = 0.05  # s between two chunks of the inner loop: progress, Ctrl-C and checkpoints wait so long at most
 CHUNK_NUMBERS = 1_000_000  # outputs held between two visits of the recorder
 
 
@@ -59,7 +60,7 @@ class March:
         rows = int(np.clip(CHUNK_NUMBERS // max(1, Y.size), 16, 4096))
         self._Y, self._t, self._h = np.zeros((HISTORY + rows, Y.size)), np.empty(HISTORY + rows), np.empty(HISTORY + rows)
         self._used = np.zeros((rows, 2 * len(network.bonds), 3))
-        self._rows = rows
+        self._rows, self._chunk = rows, FIRST_CHUNK
         if resume is None:
             self.recorder.add(0, np.array([start]), Y[None, :])
         else:
@@ -131,13 +132,13 @@ class March:
                 self._used[self.row - self._first - 1, 2 * q + p] = used[i][:, j]
         self.history.push(t, Y)
         self.done += 1
-        self._watch(self.row, 1)
+        self._watch(self.row)
         if self.row == self._first + self._rows:
             self.hand_over()
 
     def _march(self, inner: fast.FastLoop, compiled: bool) -> None:
         """As many even macro steps as the chunk has room for, in the inner loop."""
-        room = min(self._first + self._rows - self.row, WATCHED if self._stops else self._rows)
+        room = min(self._first + self._rows - self.row, self._chunk)
         even = self.n - self.done - (0 if self._last == self.step else 1)
         checkpoint = self.options.checkpoint
         ahead = min(room, even, 1 << 62 if checkpoint is None else max(1, round(checkpoint.every / self.step)))
@@ -150,10 +151,12 @@ class March:
             return
         if compiled and self.meter.kernel is None:
             self.meter.kernel = fast.compiled_meter()
+        began = time.perf_counter()
         done = inner.march(self.row, ahead, fast=compiled)
-        kept = self._watch(self.row + 1, done)
-        if kept < done:  # the slaves are some steps further; what they did there is dropped
-            done = ahead = kept
+        took = time.perf_counter() - began
+        self._chunk = max(1, self._chunk // 2) if took > PATIENCE else 2 * self._chunk if took < PATIENCE / 4 else self._chunk
+        if done:
+            self._watch(self.row + done)
         for m in range(max(0, done - HISTORY), done):
             self.history.push(float(self._t[self.row + 1 + m]), self._Y[self.row + 1 + m].copy())
         self.row += done
@@ -162,14 +165,11 @@ class March:
             inner.explain(self.row)
         self.hand_over()
 
-    def _watch(self, row: int, rows: int) -> int:
-        """How many of the `rows` rows from `row` on count: all, or up to the first where a stop condition holds."""
+    def _watch(self, row: int) -> None:
+        """End the run if a stop condition holds in this row."""
         for place, above, says in self._stops:
-            over = np.flatnonzero(self._Y[row : row + rows, place] > above)
-            if over.size:
-                rows = int(over[0]) + 1
-                self.ended_by = f"{says} at t = {self._t[row + rows - 1]:.6g} s"
-        return rows
+            if self._Y[row, place] > above:
+                self.ended_by = f"{says} at t = {self._t[row]:.6g} s"
 
     def hand_over(self) -> None:
         """Give the steps of the chunk to recorder and meter, and begin the next chunk with what the history needs."""
