@@ -108,7 +108,7 @@ if __name__ == "__main__":
             axes.flat, PANELS.items(), strict=False) for v, colour in zip(SHOWN, figures.COLOURS, strict=False)]  # fmt: skip
         for ax, key, label, factor, colour in [*lines, (axes[1, 2], "safe_to", "safe from every start up to [m/s]", 1.0, "0.2")]:
             at = np.array([found[case][key] * factor for case in cases])
-            ax.plot(spins, at[1:], line, color=colour, marker="o", markersize=4, label=f"set {name}, {key.partition(":")[0]}")
+            ax.plot(spins, at[1:], line, color=colour, marker="o", markersize=4, label=f"set {name}, {key.partition(':')[0]}")
             ax.plot(-300.0, at[0] if ax in axes[1] else np.nan, marker, color=colour, fillstyle="none", markersize=6)
             ax.set(ylabel=label, xlabel="spin [rpm]; points at the left: no gyro on board" if ax in axes[1] else "spin [rpm]")
     for v, colour in zip(SHOWN, figures.COLOURS, strict=False):
