@@ -96,6 +96,69 @@ ARRAYS = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
+FOLLOWER_2 = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="follower" guid="follower">
+  <CoSimulation modelIdentifier="follower"/>
+  <ModelVariables>
+    <ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="gain" valueReference="1" causality="parameter" variability="fixed"><Real start="1"/></ScalarVariable>
+    <ScalarVariable name="bias" valueReference="2" causality="parameter" variability="fixed"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="decay" valueReference="3" causality="parameter" variability="fixed"><Real start="1"/></ScalarVariable>
+    <ScalarVariable name="silent" valueReference="4" causality="parameter" variability="fixed"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="y" valueReference="5" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="seen" valueReference="6" causality="output"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="6" dependencies=""/><Unknown index="7" dependencies=""/></Outputs>
+    @INITIAL@
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+FOLLOWER_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="follower" instantiationToken="follower">
+  <CoSimulation modelIdentifier="follower"/>
+  <ModelVariables>
+    <Float64 name="u" valueReference="0" causality="input" start="0"/>
+    <Float64 name="gain" valueReference="1" causality="parameter" variability="fixed" start="1"/>
+    <Float64 name="bias" valueReference="2" causality="parameter" variability="fixed" start="0"/>
+    <Float64 name="decay" valueReference="3" causality="parameter" variability="fixed" start="1"/>
+    <Float64 name="silent" valueReference="4" causality="parameter" variability="fixed" start="0"/>
+    <Float64 name="y" valueReference="5" causality="output"/>
+    <Float64 name="seen" valueReference="6" causality="output"/>
+    <Float64 name="time" valueReference="7" causality="independent" variability="continuous"/>
+  </ModelVariables>
+  <ModelStructure>
+    <Output valueReference="5" dependencies=""/><Output valueReference="6" dependencies=""/>
+    @INITIAL@
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+# What the follower says of y and seen in initialization mode: on what they depend, that they are unknown there, nothing.
+INITIAL = {
+    "stated": ((6, "1 2 3"), (7, "1")),
+    "anything": ((6, None), (7, None)),
+    "nothing": (),
+}
+
+
+def follower(folder: Path, version: int, *, says: str = "stated") -> Path:
+    """FMI 2.0 or 3.0: x(0) = gain u + bias, then x' = -decay x; `says` is a key of INITIAL."""
+    rows = []
+    for index, known in INITIAL[says]:
+        # FMI 2.0 counts variables from 1, FMI 3.0 takes their references, here from 0
+        numbers = None if known is None else " ".join(str(int(k) - (version == 3)) for k in known.split())
+        depends = "" if numbers is None else f' dependencies="{numbers}"'
+        rows.append(f'<InitialUnknown valueReference="{index - 1}"{depends}/>' if version == 3 else
+                    f'<Unknown index="{index}"{depends}/>')  # fmt: skip
+    initial = "".join(rows) if version == 3 else f"<InitialUnknowns>{''.join(rows)}</InitialUnknowns>" if rows else ""
+    text = (FOLLOWER_3 if version == 3 else FOLLOWER_2).replace("@INITIAL@", initial)
+    place = host().name if version == 3 else host().folder
+    library = _library("follower.c")
+    return _write(folder / f"follower{version}.{says}.fmu", text, f"binaries/{place}/follower{host().suffix}", library)
+
+
 def mixed(folder: Path, *, name: str = "mixed", unit_in: str = "furlong", unit_out: str = "furlong") -> Path:
     """FMI 2.0: every type, faults on demand (`fault`, one of FAULTS, from t = `fault_at` on), units only it knows."""
     text = MIXED.replace("@IN@", unit_in).replace("@OUT@", unit_out)

@@ -57,8 +57,11 @@ class Lagging(Slave):
         for name in ("name", "inputs", "outputs", "settable", "feedthrough", "input_degree", "can_restore"):
             setattr(self, name, getattr(slave, name))
 
-    def initialize(self, values: Any, t: float, stop: float) -> None:
-        self._slave.initialize(values, t, stop)
+    def begin(self, values: Any, t: float, stop: float) -> None:
+        self._slave.begin(values, t, stop)
+
+    def finish(self) -> None:
+        self._slave.finish()
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         time.sleep(self._late(t))

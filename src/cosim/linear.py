@@ -33,8 +33,11 @@ class LinearSlave(Slave):
         self.x = np.zeros(len(space.A))
         self._steps: dict[float, tuple[np.ndarray, list[np.ndarray]]] = {}
 
-    def initialize(self, values: Mapping[str, Any], t: float, stop: float) -> None:
+    def begin(self, values: Mapping[str, Any], t: float, stop: float) -> None:
         self.x = np.zeros(len(self.space.A))
+
+    def finish(self) -> None:
+        pass
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         return self.space.C @ self.x + self.space.D @ u

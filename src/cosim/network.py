@@ -8,11 +8,10 @@ from types import TracebackType
 
 import numpy as np
 
-from cosim.algebraic import LoopSolver
 from cosim.bonds import bonds
 from cosim.catalogue import unknown
-from cosim.dataflow import cycle, loops, strong_components
 from cosim.errors import WiringError
+from cosim.evaluation import Evaluation
 from cosim.slaves import Slave
 from cosim.system import Connection, System
 from cosim.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
@@ -41,7 +40,8 @@ class Network:
     substeps : in how many parts each slave does a macro step; the constructor takes them by component name.
     order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
-    loops : each algebraic loop spelled out; outputs() solves them.
+    loops : each algebraic loop spelled out; outputs() solves them. initial_loops : those of initialization mode, where they
+    are others.
     coupled, largest : places in Y that feed an input, and the largest size each has had in iterated runs.
     held : places in Y that are never extrapolated.
     """
@@ -79,7 +79,7 @@ class Network:
         self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
         self.coupled = np.array(sorted(self.feeds), dtype=int)
         self.largest = np.zeros(self.coupled.size)
-        self._order(self._needs())
+        self._evaluate()
         self.bonds = bonds(system, self._where, self.units, self.feeds)
 
     def _substeps(self, given: Mapping[str, int]) -> list[int]:
@@ -93,8 +93,9 @@ class Network:
 
     def refuse_loops(self) -> None:
         """WiringError if the system has an algebraic loop."""
-        if self.loops:
-            raise WiringError(f"system {self.system.name!r} must have no algebraic loop, has {self.loops[0]}")
+        for found, when in ((self.loops, ""), (self.initial_loops, " in initialization mode")):
+            if found:
+                raise WiringError(f"system {self.system.name!r} must have no algebraic loop{when}, has {found[0]}")
 
     def place(self, signal: tuple[str, str]) -> int:
         """Where the output (component, variable) stands in Y."""
@@ -126,12 +127,7 @@ class Network:
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
-        for group, solvers in self._groups:
-            for solver in solvers:
-                solver.solve(Y, t)
-            for i in group:
-                self.evaluate(i, Y, t)
-        return Y
+        return self._evaluation.outputs(Y, t)
 
     def evaluate(self, i: int, Y: np.ndarray, t: float) -> None:
         """The outputs of slave i at t (s) for the inputs that Y gives it, written into Y."""
@@ -166,7 +162,7 @@ class Network:
             Inputs([(k, j, Transfer(factor)) for k, j, factor, _ in inputs.joined], np.zeros_like(inputs.start))
             for inputs in self._inputs
         ]
-        twin._order(twin._needs())
+        twin._evaluate()
         return twin
 
     @property
@@ -175,12 +171,30 @@ class Network:
         return any(inputs.tables for inputs in self._inputs)
 
     def initialize(self, t: float, stop: float) -> np.ndarray:
-        """Start every slave at t (s); returns the first Y."""
+        """Start every slave at t (s); returns the first Y.
+
+        All enter initialization mode, exchange outputs and inputs there until these agree, and leave it together.
+        """
         self.do_step_s, self.start = [0.0] * len(self.slaves), t
         self.largest[:] = 0.0
         for slave, values in zip(self.slaves, self.values, strict=True):
-            slave.initialize(values, t, stop)
-        return self.outputs(np.zeros(len(self.names)), t)
+            slave.begin(values, t, stop)
+        Y = np.zeros(len(self.names))
+        self._initial.settle(Y, t)
+        for slave in self.slaves:
+            slave.finish()
+        return self.outputs(Y, t)
+
+    def _evaluate(self) -> None:
+        """How outputs are made consistent, at communication points and in initialization mode."""
+        through = [s.feedthrough for s in self.slaves]
+        self._evaluation = self._initial = Evaluation(self, through, self.feeds)
+        self.loops, self.one_pass, self.order = self._evaluation.loops, self._evaluation.one_pass, self._evaluation.order
+        self.initial_loops: tuple[str, ...] = ()
+        initial = [s.feedthrough if s.initial_feedthrough is None else s.initial_feedthrough for s in self.slaves]
+        if any(not np.array_equal(a, b) for a, b in zip(through, initial, strict=True)):
+            self._initial = Evaluation(self, initial, self.feeds)
+            self.initial_loops = self._initial.loops
 
     def sequence(self, names: Sequence[str] = ()) -> tuple[int, ...]:
         """Slave indices in the order in which Gauss-Seidel steps them: as given, else the order of evaluation."""
@@ -204,30 +218,3 @@ class Network:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
-
-    def _needs(self) -> dict[int, list[int]]:
-        """Place in Y -> the places that it depends on directly, through its own slave's inputs."""
-        needs: dict[int, list[int]] = {}
-        for source, targets in self.feeds.items():
-            for i, j in targets:
-                for row in np.flatnonzero(self.slaves[i].feedthrough[:, j]):
-                    needs.setdefault(self.slices[i].start + int(row), []).append(source)
-        return needs
-
-    def _order(self, needs: Mapping[int, Sequence[int]]) -> None:
-        """Group the slaves so that whatever feeds through comes after its sources; ties in system order."""
-        owner = np.repeat(np.arange(len(self.slaves)), [len(s.outputs) for s in self.slaves])
-        sources: dict[int, list[int]] = {}
-        for y, places in needs.items():
-            sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
-        found = loops(needs, needs)
-        self.loops = tuple(" -> ".join(self.names[k] for k in cycle(group, needs)) for group in found)
-        solvers = {int(owner[group[0]]): LoopSolver(self, group) for group in found}
-        self._groups: list[tuple[list[int], list[LoopSolver]]] = []
-        self.one_pass = True
-        for group in strong_components(range(len(self.slaves)), sources):
-            inside = [solvers[i] for i in group if i in solvers]
-            # Slaves may need one another although no signal needs itself: then every chain is passed in len(group) sweeps.
-            self.one_pass = self.one_pass and len(group) == 1
-            self._groups.append((group if len(group) == 1 else group * len(group), inside))
-        self.order = tuple(dict.fromkeys(i for group, _ in self._groups for i in group))

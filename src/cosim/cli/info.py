@@ -131,6 +131,7 @@ def system_document(network: Network) -> dict[str, Any]:
         "components": parts,
         "connections": wires,
         "loops": list(network.loops),
+        "initial_loops": list(network.initial_loops),
         "bonds": [bond.name for bond in network.bonds],
         "order": [network.slaves[i].name for i in network.order],
     }
@@ -158,5 +159,6 @@ def _system_words(found: dict[str, Any]) -> list[str | Table]:
         if part["ignored_values"]:
             lines.append(f"values that {part['name']} has no variable for, ignored: {', '.join(part['ignored_values'])}")
     lines += [f"algebraic loop: {loop}" for loop in found["loops"]] or ["algebraic loops: none"]
+    lines += [f"algebraic loop in initialization mode: {loop}" for loop in found["initial_loops"]]
     lines += [f"power bond: {bond}" for bond in found["bonds"]] or ["power bonds: none"]
     return lines

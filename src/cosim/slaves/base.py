@@ -61,10 +61,11 @@ class Slave(ABC):
     settable : what may be given a value before the run, by name: parameters, start values, unconnected inputs.
     excluded : name -> what it is, of variables that take no part in connections (strings, clocks, ...).
     feedthrough : boolean (n_y, n_u), which output depends directly on which input.
+    initial_feedthrough : the same in initialization mode; None: no other.
     input_degree : highest degree of an input polynomial that step() follows.
     can_restore : whether save() and restore() work.
     can_serialize : whether serialize() and deserialize() work.
-    raw : from initialize() on, how C code can step it, where it is an FMI 2.0 FMU of this process with real signals only.
+    raw : from finish() on, how C code can step it, where it is an FMI 2.0 FMU of this process with real signals only.
     """
 
     name: str
@@ -73,14 +74,27 @@ class Slave(ABC):
     settable: Mapping[str, Signal]
     excluded: Mapping[str, str] = MappingProxyType({})
     feedthrough: np.ndarray
+    initial_feedthrough: np.ndarray | None = None
     input_degree: int
     can_restore: bool
     can_serialize: bool
     raw: RawFmi2 | None = None
 
     @abstractmethod
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        """Start anew at `t` (s) with start values by name, into initialization mode; `stop` (s) is when the run will end.
+
+        There output() may be asked again and again, until the inputs and outputs of all slaves agree.
+        """
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Leave initialization mode; only now may steps follow."""
+
     def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
-        """Start anew at `t` (s) with start values by name; `stop` (s) is when the run will end."""
+        """begin() and finish(), for a slave that nothing is connected to."""
+        self.begin(values, t, stop)
+        self.finish()
 
     @abstractmethod
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
@@ -108,7 +122,7 @@ class Slave(ABC):
 
     @abstractmethod
     def deserialize(self, data: bytes) -> None:
-        """Go to a state that serialize() gave for the same component; initialize() with the same values comes first."""
+        """Go to a state that serialize() gave for the same component; begin() with the same values and finish() come first."""
 
     @abstractmethod
     def jacobian(self) -> np.ndarray | None:

@@ -60,7 +60,10 @@ class Row:
 
 @dataclass(frozen=True)
 class Description:
-    """`version` "2" or "3"; `interfaces` name -> attributes; `dependencies` output -> names it depends on, None: unknown."""
+    """`version` "2" or "3"; `interfaces` name -> attributes; `dependencies` output -> names it depends on, None: unknown.
+
+    initial : the same of all that is computed in initialization mode.
+    """
 
     file: str
     version: str
@@ -72,6 +75,7 @@ class Description:
     dependencies: Mapping[str, tuple[str, ...] | None]
     units: Mapping[str, Unit | None]
     experiment: Mapping[str, str] = field(default_factory=dict)
+    initial: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     states: tuple[tuple[int, int], ...] = ()  # value references of each continuous state and of its derivative
 
     def can(self, capability: str) -> bool:
@@ -116,7 +120,8 @@ def parse(file: str, data: bytes) -> Description:
     try:
         units = _units(root)
         rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
-        dependencies = _dependencies_3(root, rows) if major == "3" else _dependencies_2(root, rows)
+        listed = _dependencies_3 if major == "3" else _dependencies_2
+        dependencies, initial = listed(root, rows, "Output"), listed(root, rows, "InitialUnknown")
         states = _states_3(root, rows) if major == "3" else _states_2(root, rows)
     except (KeyError, IndexError, ValueError) as error:
         what = str(error) if isinstance(error, ValueError) else f"it refers to {error}, which is not there"
@@ -125,7 +130,7 @@ def parse(file: str, data: bytes) -> Description:
     return Description(
         file, major, root.get("modelName", ""), root.get("instantiationToken" if major == "3" else "guid", ""), dict(root.attrib),
         {e.tag: dict(e.attrib) for e in root if e.tag in kinds}, rows, dependencies, units,
-        {} if experiment is None else dict(experiment.attrib), states,
+        {} if experiment is None else dict(experiment.attrib), initial, states,
     )  # fmt: skip
 
 
@@ -246,23 +251,23 @@ def _states_3(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, i
     return tuple(pair for pair in pairs if len(pairs) == len(listed) and set(pair) <= scalar)
 
 
-def _dependencies_2(root: etree._Element, rows: tuple[Row, ...]) -> dict[str, tuple[str, ...] | None]:
+def _dependencies_2(root: etree._Element, rows: tuple[Row, ...], kind: str) -> dict[str, tuple[str, ...] | None]:
     def named(index: str) -> str:
         if not 1 <= int(index) <= len(rows):
             raise ValueError(f"ModelStructure refers to variable {index}, it has {len(rows)}")
         return rows[int(index) - 1].name
 
     found: dict[str, tuple[str, ...] | None] = {}
-    for element in root.iterfind("ModelStructure/Outputs/Unknown"):
+    for element in root.iterfind(f"ModelStructure/{kind}s/Unknown"):
         stated = element.get("dependencies")
         found[named(element.get("index", "0"))] = None if stated is None else tuple(named(i) for i in stated.split())
     return found
 
 
-def _dependencies_3(root: etree._Element, rows: tuple[Row, ...]) -> dict[str, tuple[str, ...] | None]:
+def _dependencies_3(root: etree._Element, rows: tuple[Row, ...], kind: str) -> dict[str, tuple[str, ...] | None]:
     names = {row.reference: row.name for row in reversed(rows)}
     found: dict[str, tuple[str, ...] | None] = {}
-    for element in root.iterfind("ModelStructure/Output"):
+    for element in root.iterfind(f"ModelStructure/{kind}"):
         stated = element.get("dependencies")
         known = None if stated is None else tuple(names[int(reference)] for reference in stated.split())
         found[names[int(element.get("valueReference", "-1"))]] = known

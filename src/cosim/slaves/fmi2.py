@@ -71,11 +71,12 @@ class Fmi2Slave(FmuSlave):
             self.name.encode(), 1, self.description.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
         )
 
-    def _begin(self, t: float, stop: float) -> None:
-        instance = self._instance
-        self.check(self._setup(instance, 0, 0.0, t, 1, stop), "fmi2SetupExperiment", t, 0.0)
-        self.check(self._enter(instance), "fmi2EnterInitializationMode", t, 0.0)
-        self.check(self._exit(instance), "fmi2ExitInitializationMode", t, 0.0)
+    def _enter_initialization(self, t: float, stop: float) -> None:
+        self.check(self._setup(self._instance, 0, 0.0, t, 1, stop), "fmi2SetupExperiment", t, 0.0)
+        self.check(self._enter(self._instance), "fmi2EnterInitializationMode", t, 0.0)
+
+    def _leave_initialization(self, t: float) -> None:
+        self.check(self._exit(self._instance), "fmi2ExitInitializationMode", t, 0.0)
         self.raw = self._raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:

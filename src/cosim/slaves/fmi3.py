@@ -88,8 +88,10 @@ class Fmi3Slave(FmuSlave):
             self._asked_refs, len(self._asked), None, self._log, self._update if self._asked else None,
         )  # fmt: skip
 
-    def _begin(self, t: float, stop: float) -> None:
+    def _enter_initialization(self, t: float, stop: float) -> None:
         self.check(self._enter(self._instance, False, 0.0, t, True, stop), "fmi3EnterInitializationMode", t, 0.0)
+
+    def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:

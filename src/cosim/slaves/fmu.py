@@ -18,11 +18,12 @@ from cosim.slaves.description import Row
 from cosim.slaves.library import STATUS, Library, Log
 from cosim.slaves.opened import OpenedFmu
 from cosim.slaves.states import States
-from cosim.slaves.variables import carried, interface, names, read
+from cosim.slaves.variables import carried, names, read
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
 POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
 EXACT = 2.0**53  # integers up to here are exact in float64
+INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +39,9 @@ class Group:
 
 
 class FmuSlave(Slave):
-    """Runs an FMU that is open already, and releases it in close(); initialize() instantiates it anew.
+    """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
+    _start, _mode : when the run begins, and what is to be said of the mode that the FMU is in.
     _told : highest order of input derivatives that the FMU has heard of.
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
     """
@@ -53,8 +55,8 @@ class FmuSlave(Slave):
         self.log = Log()
         opened.logs[id(self)] = self.log
         self._instance: Any = None
-        self._running = self._dead = False
-        self._closed = False
+        self._running = self._dead = self._closed = False
+        self._start, self._mode = 0.0, ""
         try:
             self._describe()
             self._bind()
@@ -74,8 +76,12 @@ class FmuSlave(Slave):
         """A new instance, or None."""
 
     @abstractmethod
-    def _begin(self, t: float, stop: float) -> None:
-        """Into initialization mode and out of it."""
+    def _enter_initialization(self, t: float, stop: float) -> None:
+        """Into initialization mode."""
+
+    @abstractmethod
+    def _leave_initialization(self, t: float) -> None:
+        """Out of it, ready for steps."""
 
     @abstractmethod
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
@@ -101,9 +107,9 @@ class FmuSlave(Slave):
         self.can_restore = d.can("canGetAndSetFMUstate") or d.can("canGetAndSetFMUState")
         self.can_serialize = self.can_restore and (d.can("canSerializeFMUstate") or d.can("canSerializeFMUState"))
         self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
-        face = interface(d)
+        face = self._opened.interface
         self.inputs, self.outputs, self.settable = face.inputs, face.outputs, face.settable
-        self.excluded, self.feedthrough = face.excluded, face.feedthrough
+        self.excluded, self.feedthrough, self.initial_feedthrough = face.excluded, face.feedthrough, face.initial_feedthrough
         self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
         self._input_groups, self._output_groups = (self._groups(carried(d, kind)) for kind in ("input", "output"))
 
@@ -137,7 +143,7 @@ class FmuSlave(Slave):
 
     # ---- the run
 
-    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._free_instance()
         self.log.clear()
         self._instance = self._instantiate()
@@ -145,11 +151,13 @@ class FmuSlave(Slave):
             raise SlaveError(self.name, t, 0.0, f"{self.prefix}Instantiate gave no instance", self.log.said())
         for row, given in self._gathered(values):
             self._set_start(row, given, t)
-        self._begin(t, stop)
+        self._enter_initialization(t, stop)
+        self._start, self._mode = t, INITIALIZATION
+
+    def finish(self) -> None:
+        self._mode = ""
+        self._leave_initialization(self._start)
         self._running, self._told = True, 0
-        for group in self._input_groups:
-            self.check(group.get(self._instance), group.label.replace("Set", "Get"), t, 0.0)
-            self._u[group.places] = group.buffer
 
     def _gathered(self, values: Mapping[str, Value]) -> Iterator[tuple[Row, list[Value]]]:
         """Variables with the values of all their elements, from values for them as a whole and for single elements."""
@@ -186,7 +194,8 @@ class FmuSlave(Slave):
         if not math.isfinite(np.add.reduce(self._y)):
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
-                    raise SlaveError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}", self.log.said())
+                    reason = f"output {signal.name!r} must be finite{self._mode}, got {value}"
+                    raise SlaveError(self.name, t, 0.0, reason, self.log.said())
         return self._y.copy()
 
     def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
@@ -258,7 +267,7 @@ class FmuSlave(Slave):
             self._running = False
             self._dead = self._dead or status == STATUS.index("fatal")  # it must not be called any more
             what = STATUS[status] if status < len(STATUS) else f"status {status}"
-            raise SlaveError(self.name, t, h, f"{call} answered {what}", self.log.said())
+            raise SlaveError(self.name, t, h, f"{call} answered {what}{self._mode}", self.log.said())
 
     def close(self) -> None:
         self._free_instance()
@@ -268,7 +277,7 @@ class FmuSlave(Slave):
             self._opened.release()
 
     def _free_instance(self) -> None:
-        self.raw = None
+        self.raw, self._mode = None, ""
         instance, self._instance = self._instance, None
         if instance is None or self._dead:
             self._running = self._dead = False

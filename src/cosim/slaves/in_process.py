@@ -39,7 +39,7 @@ class ComponentSlave(Slave):
         self._output = bound(component.output, [self._x, self._u, self._p], self._y)
         self._sample = bound(component.sample, [self._x, self._u, self._p], self._x) if component.sample else None
 
-    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         numbers = {name: float(value) for name, value in values.items() if isinstance(value, float | int)}
         self._x[:], self._p[:] = self._component.start_state, self._component.start_parameters
         self._u[:] = self._component.start_input
@@ -50,6 +50,9 @@ class ComponentSlave(Slave):
                 target[i] = numbers.get(row.name, target[i])
         self._control = error_control(self._component, numbers.get("tolerance", 0.0))
         self._progress = Progress(first_sample(self._component.sample_period, t))
+
+    def finish(self) -> None:
+        pass
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         self._u[:] = u

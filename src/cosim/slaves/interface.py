@@ -37,18 +37,29 @@ class Interface(Slave):
         self.excluded, self.input_degree = slave.excluded, slave.input_degree
         self.can_restore = slave.can_restore and (model is None or model.can_restore)
         self.feedthrough = slave.feedthrough.copy()
+        self.initial_feedthrough = (slave.feedthrough if slave.initial_feedthrough is None else slave.initial_feedthrough).copy()
         if delay_taps(delay / step)[0] == 0.0 and model is None:
             self.feedthrough[self._rows] = False
         if passive:
             self.feedthrough[np.ix_(self._rows, self._places)] = True
+            self.initial_feedthrough[np.ix_(self._rows, self._places)] = True
         if model is not None:
             names = [signal.name for signal in model.outputs]
             self._model_rows = np.array([names.index(slave.outputs[row].name) for row in self._rows], dtype=int)
 
-    def initialize(self, values: Mapping[str, Any], t: float, stop: float) -> None:
-        self._slave.initialize(values, t, stop)
+    def begin(self, values: Mapping[str, Any], t: float, stop: float) -> None:
+        self._slave.begin(values, t, stop)
         if self._model is not None:
-            self._model.initialize({n: v for n, v in values.items() if n in self._model.settable}, t, stop)
+            self._model.begin({n: v for n, v in values.items() if n in self._model.settable}, t, stop)
+        self._start_anew()
+
+    def finish(self) -> None:
+        self._slave.finish()
+        if self._model is not None:
+            self._model.finish()
+        self._start_anew()  # what arrived before was on the way to the start
+
+    def _start_anew(self) -> None:
         self._filters: list[Filter] | None = None
         self._controller = PassivityController()
         self._now: tuple[list[np.ndarray], PassivityController, float] | None = None

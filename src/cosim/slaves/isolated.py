@@ -27,7 +27,8 @@ from cosim.slaves.base import Slave, Value
 PATIENCE = 60.0  # s that one call may take
 FAREWELL = 2.0  # s that a child has to close before it is killed
 _DESCRIPTION = (
-    "inputs", "outputs", "settable", "excluded", "feedthrough", "input_degree", "can_restore", "can_serialize",
+    "inputs", "outputs", "settable", "excluded", "feedthrough", "initial_feedthrough", "input_degree", "can_restore",
+    "can_serialize",
 )  # fmt: skip
 _DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
 
@@ -97,8 +98,12 @@ class IsolatedSlave(Slave):
         lines = [" ".join(line.split()) for line in self._words.read().decode(errors="replace").splitlines()]
         return "; ".join([line for line in lines if line][-3:])
 
-    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
-        self._ask("initialize", t, 0.0, dict(values), t, stop)
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        self._start = t
+        self._ask("begin", t, 0.0, dict(values), t, stop)
+
+    def finish(self) -> None:
+        self._ask("finish", self._start, 0.0)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         return self._ask("output", t, 0.0, u, t)

@@ -40,14 +40,19 @@ class Library:
         except OSError as error:
             raise ValueError(f"{where}: its binary cannot be loaded: {error}") from None
         self._where = where
+        self._functions: dict[tuple[Any, ...], Any] = {}
 
     def function(self, name: str, *types: Any, result: Any = ctypes.c_int) -> Any:
         """The function `name`; ValueError if the library lacks it."""
+        known = self._functions.get((name, types, result))
+        if known is not None:
+            return known
         try:
             found = self._library[name]  # an own handle: its argument types are ours to state
         except AttributeError:
             raise ValueError(f"{self._where}: its binary lacks the function {name}") from None
         found.argtypes, found.restype = types, result
+        self._functions[name, types, result] = found
         return found
 
     def close(self) -> None:

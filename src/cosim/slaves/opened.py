@@ -4,12 +4,14 @@ import ctypes
 import shutil
 import tempfile
 import weakref
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from cosim import archive, catalogue
 from cosim.slaves.description import MEMBER, Description, read
 from cosim.slaves.library import Library, Log, formatting_proxy
+from cosim.slaves.variables import Interface, interface
 
 LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 
@@ -45,6 +47,11 @@ class OpenedFmu:
         except BaseException:
             self._remove()
             raise
+
+    @cached_property
+    def interface(self) -> Interface:
+        """The signals, the same for every slave."""
+        return interface(self.description)
 
     @property
     def shareable(self) -> bool:

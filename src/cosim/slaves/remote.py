@@ -121,20 +121,30 @@ class RemoteSlave(Slave):
                 tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable")
             )
             self.settable = {s.name: s for s in settable}
-            self.feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(len(self.outputs), len(self.inputs))
+            shape = len(self.outputs), len(self.inputs)
+            self.feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(shape)
+            self.initial_feedthrough = np.array(told.get("initial_feedthrough", self.feedthrough), dtype=bool).reshape(shape)
+            self._initializes = bool(told.get("initialization"))
             self.input_degree, self.can_restore = int(told["input_degree"]), bool(told["can_restore"])
         except (KeyError, TypeError, ValueError) as error:
             raise NonsenseError(f"it does not introduce itself: {error}") from None
         self.can_restore = self.can_restore and self._terms.late == "stop"  # a repeated step must find every answer
 
-    def initialize(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._last, self._missing, self.late = [], 0, 0
-        self._ask(Kind.START, json.dumps({"values": dict(values), "t": t, "stop": stop}).encode(), t)
+        self._start, self._preparing = t, True
+        payload = json.dumps({"values": dict(values), "t": t, "stop": stop}).encode()
+        self._ask(Kind.BEGIN if self._initializes else Kind.START, payload, t)
+
+    def finish(self) -> None:
+        if self._initializes:
+            self._ask(Kind.FINISH, b"", self._start)
+        self._last, self._preparing = [], False
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
-        first = not self._last
+        patient = self._preparing or not self._last
         try:
-            y = array(self._ask(Kind.OUTPUT, numbers(t, u), t, None if first else self._terms.timeout), len(self.outputs))
+            y = array(self._ask(Kind.OUTPUT, numbers(t, u), t, None if patient else self._terms.timeout), len(self.outputs))
         except TimeoutError:
             return self._substitute(t)
         except NonsenseError as error:

@@ -25,6 +25,17 @@ def carried(signal_: Signal) -> dict[str, Any]:
     return {name: getattr(signal_, name) for name in CARRIED if name in known}
 
 
+def introduction(slave: Slave) -> dict[str, Any]:
+    """What HELLO is answered with."""
+    initial = slave.feedthrough if slave.initial_feedthrough is None else slave.initial_feedthrough
+    return {
+        "inputs": [carried(s) for s in slave.inputs], "outputs": [carried(s) for s in slave.outputs],
+        "settable": [carried(s) for s in slave.settable.values()], "feedthrough": slave.feedthrough.astype(int).tolist(),
+        "initial_feedthrough": initial.astype(int).tolist(), "input_degree": slave.input_degree,
+        "can_restore": slave.can_restore, "initialization": True,
+    }  # fmt: skip
+
+
 def serve(slave: Slave, link: Link) -> None:
     """Answer a master until it says BYE or is gone. The slave stays open."""
     failed = ""
@@ -39,22 +50,18 @@ def serve(slave: Slave, link: Link) -> None:
             return
         answer = b""
         try:
-            if kind == Kind.START:
+            if kind in (Kind.START, Kind.BEGIN):
                 failed = ""
                 given = document(payload)
                 values = {n: tuple(v) if isinstance(v, list) else v for n, v in given["values"].items()}
-                slave.initialize(values, float(given["t"]), float(given["stop"]))
+                begin = slave.initialize if kind == Kind.START else slave.begin
+                begin(values, float(given["t"]), float(given["stop"]))
             elif failed:
                 pass
+            elif kind == Kind.FINISH:
+                slave.finish()
             elif kind == Kind.HELLO:
-                answer = json.dumps(
-                    {
-                        "inputs": [carried(s) for s in slave.inputs], "outputs": [carried(s) for s in slave.outputs],
-                        "settable": [carried(s) for s in slave.settable.values()],
-                        "feedthrough": slave.feedthrough.astype(int).tolist(), "input_degree": slave.input_degree,
-                        "can_restore": slave.can_restore,
-                    }
-                ).encode()  # fmt: skip
+                answer = json.dumps(introduction(slave)).encode()
             elif kind == Kind.OUTPUT:
                 t, *u = array(payload, 1 + len(slave.inputs))
                 answer = numbers(slave.output(array(numbers(u), len(slave.inputs)), float(t)))

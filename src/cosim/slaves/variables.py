@@ -16,13 +16,14 @@ _NOT_CARRIED = ("String", "Binary", "Clock")
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """inputs, outputs, settable, excluded and feedthrough of a Slave, read from the description alone."""
+    """inputs, outputs, settable, excluded and both feedthroughs of a Slave, from the description alone; not to be changed."""
 
     inputs: tuple[Signal, ...]
     outputs: tuple[Signal, ...]
     settable: Mapping[str, Signal]
     excluded: Mapping[str, str]
     feedthrough: np.ndarray
+    initial_feedthrough: np.ndarray
 
 
 def carried(description: Description, causality: str) -> list[Row]:
@@ -44,11 +45,19 @@ def interface(description: Description) -> Interface:
     return Interface(
         tuple(s for row in inputs for s in _elements(row, "input")),
         tuple(s for row in outputs for s in _elements(row, "output")),
-        settable, excluded, _feedthrough(description, inputs, outputs),
+        settable, excluded, _feedthrough(description.dependencies, inputs, outputs),
+        _feedthrough({row.name: _at_start(description, row) for row in outputs}, inputs, outputs),
     )  # fmt: skip
 
 
-def _feedthrough(description: Description, inputs: list[Row], outputs: list[Row]) -> np.ndarray:
+def _at_start(description: Description, row: Row) -> tuple[str, ...] | None:
+    """What an output depends on in initialization mode; where the description does not list it there, as at other times."""
+    if row.name in description.initial:
+        return description.initial[row.name]
+    return () if row.initial == "exact" else description.dependencies.get(row.name)
+
+
+def _feedthrough(stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[Row], outputs: list[Row]) -> np.ndarray:
     place, n_u = {}, 0
     for row in inputs:
         place[row.name] = slice(n_u, n_u + row.size)
@@ -56,7 +65,7 @@ def _feedthrough(description: Description, inputs: list[Row], outputs: list[Row]
     found = np.zeros((sum(row.size for row in outputs), n_u), dtype=bool)
     i = 0
     for row in outputs:
-        stated = description.dependencies.get(row.name)
+        stated = stated_of.get(row.name)
         if stated is None:
             found[i : i + row.size] = True  # the standard: not stated means on everything
         for known in stated or ():

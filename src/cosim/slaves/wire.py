@@ -5,13 +5,18 @@
 
 | kind | request payload | answer payload |
 |---|---|---|
-| HELLO | - | JSON: inputs, outputs, settable (lists of signals), feedthrough (rows of 0 and 1), input_degree, can_restore |
+| HELLO | - | JSON: inputs, outputs, settable (lists of signals), feedthrough (rows of 0 and 1), input_degree, can_restore, ... |
 | START | JSON: values, t, stop | - |
+| BEGIN | as START | - |
+| FINISH | - | - |
 | OUTPUT | t, u (n_u) | y (n_y) |
 | STEP | t, h, U (3 n_u, row by row) | no answer; what went wrong is the answer to the next request |
 | SAVE | - | u64 number of the snapshot |
 | RESTORE, DISCARD | u64 number | - |
 | BYE | - | no answer; the unit closes |
+
+START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with
+`initial_feedthrough` what depends on what there; it gets BEGIN, then OUTPUT at t until all components agree, then FINISH.
 
 An answer has the kind OK, or ERROR with text, and the sequence number of its request, so that one that comes too late is
 known. Plain sockets of the standard library: one stream between two ends needs no more, any device can speak it (no pickle,
@@ -44,6 +49,8 @@ class Kind(IntEnum):
     RESTORE = 6
     DISCARD = 7
     BYE = 8
+    BEGIN = 9
+    FINISH = 10
     OK = 100
     ERROR = 101
 
