@@ -1,0 +1,105 @@
+"""What a release costs: the integral of squared signals after a system at rest is let go from displaced states.
+
+    J(q, s) = sum over releases of  integral_0^inf e^{-2 s t} |W z|^2 dt,    z' = A(q) z,  z(0) = z_0
+
+Two Lyapunov equations give J and all its derivatives, without any simulation:
+
+    A_s' P + P A_s + W' W = 0,   A_s X + X A_s' + Z = 0,   A_s = A - s I,   Z = sum z_0 z_0'
+    J = tr(P Z),   dJ/dq = 2 tr(P dA/dq X),   dJ/ds = -2 tr(P X)
+
+The decay rate of the slowest root has a kink wherever two roots change places, and where two meet its slope is infinite:
+no gradient method can trust it. J is smooth in q wherever the roots stay left of s. Held at a large value instead, s
+itself is a smooth measure of stability, just to the right of the slowest root, for systems that nothing stabilises too:
+the smoothed spectral abscissa of Vanbiervliet et al. 2009, SIAM J. Optim. 20, p. 156.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from cosim.catalogue import unknown
+from cosim.studies.rest import AtRest
+
+
+@dataclass(frozen=True, eq=False)
+class Release:
+    """See the module's docstring.
+
+    starts : for each release the states (names of `rest.states`) that are not zero at its begin.
+    scales : state -> size (in its unit) that counts as 1 in the integral; the others do not count. J is in s.
+    """
+
+    rest: AtRest
+    starts: Sequence[Mapping[str, float]]
+    scales: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        """Refuse names that are no states, and scales that are not positive."""
+        for name in (*self.scales, *(name for start in self.starts for name in start)):
+            if name not in self.rest.states:
+                raise unknown("state at rest:", name, self.rest.states)
+        for name, scale in self.scales.items():
+            if not (np.isfinite(scale) and scale > 0.0):
+                raise ValueError(f"scale of {name!r} must be positive, got {scale:g}")
+
+    def _row(self, values: Mapping[str, float]) -> np.ndarray:
+        z = np.zeros(len(self.rest.states))
+        for name, value in values.items():
+            z[self.rest.states.index(name)] = value
+        return z
+
+    @property
+    def begin(self) -> np.ndarray:
+        """z at the begin of each release, shape (n, number of releases)."""
+        return np.array([self._row(start) for start in self.starts]).T
+
+    @property
+    def weight(self) -> np.ndarray:
+        """W' W, shape (n, n)."""
+        return np.diag(self._row({name: scale**-2 for name, scale in self.scales.items()}))
+
+    def cost(self, q: Sequence[float] | np.ndarray, *, until: float = np.inf) -> float:
+        """J (s) from the begin to `until` (s), exact; inf where it has no end and a root is not left of the axis."""
+        from scipy.linalg import expm
+
+        A, z = self.rest.matrix(q), self.begin
+        if np.linalg.eigvals(A).real.max() >= 0.0 and np.isinf(until):
+            return np.inf
+        P = _lyapunov(A.T, self.weight)
+        end = np.zeros_like(z) if np.isinf(until) else expm(A * until) @ z
+        return float(np.sum(z * (P @ z)) - np.sum(end * (P @ end)))
+
+    def gradient(self, q: Sequence[float] | np.ndarray, shift: float = 0.0) -> tuple[float, np.ndarray, float]:
+        """J (s), dJ/dq, shape (n_q,), and dJ/ds at s = `shift` (1/s); inf and nan where a root is not left of it."""
+        A = self.rest.matrix(q) - shift * np.eye(len(self.rest.states))
+        if np.linalg.eigvals(A).real.max() >= 0.0:
+            return np.inf, np.full(len(self.rest.free), np.nan), np.nan
+        Z = self.begin @ self.begin.T
+        P, X = _lyapunov(A.T, self.weight), _lyapunov(A, Z)
+        slopes = np.array([2 * np.sum((P @ dA) * X) for dA in self.rest.derivatives(q)])
+        return float(np.sum(P * Z)), slopes, float(-2 * np.sum(P * X))
+
+    def smoothed_growth(self, q: Sequence[float] | np.ndarray, level: float) -> tuple[float, np.ndarray]:
+        """The s (1/s) at which J(q, s) = `level` (s), and ds/dq, shape (n_q,): the growth, smoothed from the right."""
+        from scipy.optimize import brentq
+
+        if not (np.isfinite(level) and level > 0.0):
+            raise ValueError(f"`level` must be positive, got {level:g} s")
+        roots = self.rest.roots(q)
+        low, gap = roots.real.max(), 1e-9 * np.abs(roots).max()
+        while self.gradient(q, low + gap)[0] > level:
+            gap *= 10.0
+        if self.gradient(q, low + gap / 10.0)[0] < level:  # within rounding of the root itself: the releases hardly excite it
+            raise ValueError(f"`level` must be one that the releases reach to the right of {low:g} 1/s, got {level:g} s")
+        s = brentq(lambda s: np.log(self.gradient(q, s)[0] / level), low + gap / 10.0, low + gap, xtol=1e-13, rtol=1e-13)
+        _, by_q, by_s = self.gradient(q, s)
+        return s, -by_q / by_s
+
+
+def _lyapunov(A: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """P of A P + P A' + Q = 0, in scaled states: rates from a metre per hour to kilohertz would cost half the digits."""
+    from scipy.linalg import matrix_balance, solve_continuous_lyapunov
+
+    scaled, (t, _) = matrix_balance(A, permute=False, separate=True)
+    return t[:, None] * solve_continuous_lyapunov(scaled, -Q / t[:, None] / t) * t

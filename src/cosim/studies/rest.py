@@ -1,0 +1,149 @@
+"""A system linearised at rest, over a few of its parameters, without the coordinates that nothing depends on.
+
+    z' = A(q) z
+
+z are the states less their values at rest, which are zero. A vehicle on straight track may stand anywhere along it: a common
+shift of all distances run changes no rate, so A has a root at zero that says nothing about stability. It is removed by
+structure: the distances are replaced by their differences from the first one, and that such a shift does nothing is
+checked, not assumed.
+"""
+
+import fnmatch
+from collections.abc import Sequence
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from cosim.catalogue import unknown
+from cosim.monolith import Monolith
+from cosim.system import System
+
+SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
+
+
+class AtRest:
+    """See the module's docstring.
+
+    system : of catalogue components, at rest where all its states are zero.
+    free : the parameters q, as `component.parameter`; "gyro.rotor_speed" sets that of gyro_front and gyro_rear alike.
+    ignorable : patterns ("vehicle.*_distance"); the states of each may be shifted together without changing any rate.
+
+    states : names of z, shape (n,); the difference of two states is called "one - other".
+    q0 : the system's values of q, shape (n_q,); where a name addresses several components, that of the first.
+    """
+
+    def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
+        self.system, self.free = system, tuple(free)
+        owners = [system.members(name.partition(".")[0]) for name in self.free]
+        names = [f"{owner}.{n.partition('.')[2]}" for n, found in zip(self.free, owners, strict=True) for owner in found]
+        self.monolith = Monolith(system, free=names)
+        self._spread = np.zeros((len(names), len(self.free)))  # from q to the parameters of all components
+        self._spread[np.arange(len(names)), np.repeat(np.arange(len(self.free)), [len(o) for o in owners])] = 1.0
+        firsts = np.cumsum([0, *(len(o) for o in owners)])[:-1]
+        self.q0 = self.monolith.q0[firsts] if len(names) else np.zeros(0)
+        self._reduce(ignorable)
+        self.matrix(self.q0)
+        error = self.rest_error(self.q0)
+        if not error < 1e-6:
+            raise ValueError(f"system {system.name!r} must be at rest where its states are zero; it is {error:g} away from there")
+
+    def _reduce(self, ignorable: Sequence[str]) -> None:
+        """z = T x, x = S z + a shift; `_shifts`, shape (n_x, number of patterns)."""
+        all_states = self.monolith.states
+        n = len(all_states)
+        T, labels = np.eye(n), list(all_states)
+        self._patterns, self._shifts = tuple(ignorable), np.zeros((n, len(ignorable)))
+        dropped = []
+        for column, pattern in enumerate(ignorable):
+            rows = [i for i, name in enumerate(all_states) if fnmatch.fnmatchcase(name, pattern)]
+            if not rows:
+                raise unknown("ignorable states:", pattern, all_states)
+            self._shifts[rows, column] = 1.0
+            dropped.append(rows[0])
+            for i in rows[1:]:
+                T[i, rows[0]] = -1.0
+                labels[i] = f"{all_states[i]} - {all_states[rows[0]]}"
+        keep = [i for i in range(n) if i not in dropped]
+        self._T, self._S = T[keep], np.eye(n)[:, keep]
+        self.states = tuple(labels[i] for i in keep)
+
+    def parameters(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        """The monolith's free parameters for q, shape (n_q,)."""
+        q = np.asarray(q, dtype=float)
+        if q.shape != (len(self.free),):
+            raise ValueError(f"`q` must hold a value for each of {', '.join(self.free)}, got {q.size}")
+        return self._spread @ q
+
+    def matrix(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        """A(q), shape (n, n); ValueError where a shift of ignorable states changes a rate."""
+        A = self.monolith.matrix(self.parameters(q))
+        drift = np.abs(A @ self._shifts)
+        if drift.size and drift.max() > SAME * np.abs(A).max():
+            row, column = np.unravel_index(drift.argmax(), drift.shape)
+            raise ValueError(
+                f"states {self._patterns[column]!r} must be ignorable: a shift by 1 changes the rate of "
+                f"{self.monolith.states[row]!r} by {drift.max():g}"
+            )
+        return self._T @ A @ self._S
+
+    @cached_property
+    def _sensitivity(self) -> ca.Function:
+        x, p = ca.SX.sym("x", self.monolith.x0.size), ca.SX.sym("p", self.monolith.q0.size)
+        A = self.monolith.jacobian(x, p)
+        rates = [ca.jtimes(ca.vec(A), p, ca.DM(column)) for column in self._spread.T]
+        return ca.Function("sensitivity", [x, p], [ca.cse(ca.horzcat(*rates))])
+
+    def derivatives(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        """dA/dq, exact, shape (n_q, n, n)."""
+        n = self.monolith.x0.size
+        whole = np.array(self._sensitivity(np.zeros(n), self.parameters(q)))
+        return np.array([self._T @ column.reshape((n, n), order="F") @ self._S for column in whole.T])
+
+    def rest_error(self, q: Sequence[float] | np.ndarray) -> float:
+        """How far the equilibrium is from z = 0 (the largest of the states, each in its SI unit), by one Newton step."""
+        rates = np.array(self.monolith.f(np.zeros(self.monolith.x0.size), self.parameters(q))).ravel()
+        return float(np.abs(np.linalg.lstsq(self.matrix(q), self._T @ rates, rcond=None)[0]).max())
+
+    def starts(self, z: np.ndarray) -> dict[str, float]:
+        """Start values, by `component.state`, that put the system at z, shape (n,): for runs in time."""
+        names = (label.partition(" - ")[0] for label in self.states)
+        return {name: float(value) for name, value in zip(names, z, strict=True)}
+
+    def roots(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        """The eigenvalues of A(q), shape (n,), in order of falling real part."""
+        found = np.linalg.eigvals(self.matrix(q))
+        return found[np.lexsort((found.imag, -found.real))]
+
+    def growth(self, q: Sequence[float] | np.ndarray, *, creeping: bool = True) -> float:
+        """The largest real part (1/s) of a root; without `creeping` that of those which oscillate or grow."""
+        found = self.roots(q)
+        if not creeping:
+            found = found[(found.imag != 0.0) | (found.real > 0.0)]
+        return float(found.real.max())
+
+    def paths(self, q: np.ndarray) -> np.ndarray:
+        """The roots along a series of q, shape (m, n_q), each column one continuous path, shape (m, n)."""
+        from scipy.optimize import linear_sum_assignment
+
+        found = [self.roots(q[0])]
+        for values in q[1:]:
+            new = self.roots(values)
+            # where each root goes if it goes on as it did: paths that cross do not change hands
+            ahead = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
+            _, order = linear_sum_assignment(np.abs(ahead[:, None] - new[None, :]))
+            found.append(new[order])
+        return np.array(found)
+
+    def mode(self, q: Sequence[float] | np.ndarray, near: complex) -> tuple[complex, np.ndarray, np.ndarray]:
+        """The root nearest to `near`, its vector v, shape (n,), largest element 1, and its derivative by q, shape (n_q,).
+
+        With A v = s v and w A = s w the derivative is w dA v / (w v); where roots coincide it does not exist.
+        """
+        from scipy.linalg import eig
+
+        values, left, right = eig(self.matrix(q), left=True, right=True)
+        k = int(np.abs(values - near).argmin())
+        w, v = left[:, k].conj(), right[:, k]
+        slope = np.array([w @ dA @ v for dA in self.derivatives(q)]) / (w @ v)
+        return complex(values[k]), v / v[np.abs(v).argmax()], slope
