@@ -29,9 +29,9 @@ BEFORE, BEHIND = 20.0, 50.0  # m of straight track before the entry transition a
 GYRO = {"on": "2000rpm"} if SHORT else {"off": "0rpm", "on": "2000rpm"}
 CRITERIA = {"stays on the rails": np.inf, f"Y/Q at most {LIMIT:g} too": LIMIT}
 starts = "0mm" if SHORT else "0mm,0.1mm,-0.1mm"
-radii = (50.0,) if SHORT else (30.0, 50.0, 75.0, 120.0)  # m
-scanned = (5.0, 8.0, 14.0) if SHORT else tuple(np.arange(2.0, 17.0))  # m/s
-ROUNDS = 1 if SHORT else 4  # halvings of the step of the scan
+radii = (50.0,) if SHORT else (30.0, 50.0, 100.0)  # m
+scanned = (5.0, 8.0, 14.0) if SHORT else tuple(np.arange(3.0, 17.0))  # m/s
+ROUNDS = 1 if SHORT else 3  # halvings of the step of the scan
 
 
 def verdict(trajectory: Trajectory) -> dict[str, float]:
@@ -99,13 +99,13 @@ if __name__ == "__main__":
                 ax.plot(radii, top, style, color=colour, marker="o", markersize=4, label=f"gyro {gyro}: {criterion}")
                 for radius, (below, unsafe) in zip(radii, limits, strict=True):
                     if below == -np.inf:
-                        ax.annotate("", (radius, 1.2), (radius, 2.0), arrowprops={"arrowstyle": "->", "color": colour})
+                        ax.annotate("", (radius, 2.1), (radius, 2.9), arrowprops={"arrowstyle": "->", "color": colour})
                     above = [v for v, good in safe[radius, gyro, criterion].items() if good and v > unsafe]
                     ax.plot([radius + side] * len(above), above, "o", color=colour, fillstyle="none" if side < 0 else "left",
                             markersize=5)  # fmt: skip
         ax.set_xlabel("curve radius R [m]")
         ax.set_ylabel("highest safe speed [m/s]")
-        ax.set_ylim(1.0, max(scanned) + 1)
+        ax.set_ylim(2.0, max(scanned) + 1)
         ax.set_title(f"set {name}", fontsize=10)
         ax.legend(fontsize=8)
     figures.save(made, FOLDER / "study-safe-speed.png")
