@@ -3,6 +3,8 @@
 A worker that dies (a crash in an FMU, a signal, memory) costs only the runs it held. They are done again, one at a time;
 a run whose process dies once more is a row with that error. Workers are spawned, so a script that sweeps needs the usual
 `if __name__ == "__main__":`.
+
+What a run is, is the Job's to say: of a sweep, one run of its system (SweepJob); of another study, what it likes.
 """
 
 import contextlib
@@ -18,6 +20,7 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Protocol
 
 from cosim.sweep.axes import Point
 from cosim.sweep.plan import FIXED, Frame
@@ -29,19 +32,61 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read
 MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
 
 
+class Works(Protocol):
+    """Does the runs of a job, one after another, in one process."""
+
+    def row(self, key: str, point: Point) -> Row:
+        """Do the run and measure it; whatever goes wrong is said in the row, which begins with the key."""
+
+    def close(self) -> None:
+        """Close what was opened."""
+
+
+class Job(Protocol):
+    """What the processes of a pool do; it goes to each of them."""
+
+    def open(self, files: Mapping[str, str]) -> Works:
+        """What does the runs in a process. files : key of an FMU -> its location."""
+
+    def lost(self, key: str, point: Point, error: str) -> Row:
+        """The row of a run whose process died."""
+
+    def seconds(self, point: Point, row: Row) -> float:
+        """How long the run took."""
+
+
+@dataclass(frozen=True)
+class SweepJob:
+    """The runs of a sweep."""
+
+    frame: Frame
+
+    def open(self, files: Mapping[str, str]) -> Works:
+        """See Job."""
+        return Runner(self.frame, files)
+
+    def lost(self, key: str, point: Point, error: str) -> Row:
+        """See Job."""
+        return row_of(self.frame, key, point, None, error, 0.0)
+
+    def seconds(self, point: Point, row: Row) -> float:
+        """See Job."""
+        return float(row[1 + len(point) + FIXED.index("wall_s")])
+
+
 def cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def work(connection: Connection, frame: Frame, files: Mapping[str, str], scratch: str) -> None:
+def work(connection: Connection, job: Job, files: Mapping[str, str], scratch: str) -> None:
     """The life of a worker: runs come in, as (key, point); rows go out. It ends when the other side does.
 
     scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     os.environ["TMPDIR"], tempfile.tempdir = scratch, None
-    runner = Runner(frame, files)
+    runner = job.open(files)
     held: deque[tuple[str, Point]] = deque()
     rows: list[Row] = []
     try:
@@ -93,10 +138,11 @@ class _Worker:
 
 
 class Pool:
-    """`workers` processes for the runs of one sweep; results() yields rows as they come."""
+    """`workers` processes for the runs of one sweep, or of another job; results() yields rows as they come."""
 
-    def __init__(self, frame: Frame, files: Mapping[str, str], workers: int) -> None:
-        self._frame, self._files, self._count = frame, files, workers
+    def __init__(self, what: Frame | Job, files: Mapping[str, str], workers: int) -> None:
+        self._job = SweepJob(what) if isinstance(what, Frame) else what
+        self._files, self._count = files, workers
         self._workers: list[_Worker] = []
         self._scratch = ""
         self._suspects: deque[tuple[str, Point]] = deque()  # were held by a worker that died: done alone
@@ -136,7 +182,7 @@ class Pool:
     def _start(self) -> _Worker:
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
-        process = context.Process(target=work, args=(theirs, self._frame, dict(self._files), self._scratch), daemon=True)
+        process = context.Process(target=work, args=(theirs, self._job, dict(self._files), self._scratch), daemon=True)
         with _single_threaded():
             process.start()
         theirs.close()
@@ -145,8 +191,7 @@ class Pool:
     def _took(self, worker: _Worker, rows: list[Row]) -> None:
         for row in rows:
             point = worker.held.pop(row[0])
-            seconds = row[1 + len(point) + FIXED.index("wall_s")]
-            self._pace += 0.2 * (seconds - self._pace)
+            self._pace += 0.2 * (self._job.seconds(point, row) - self._pace)
 
     def _feed(self, worker: _Worker, waiting: deque[tuple[str, Point]]) -> None:
         """Give a worker what it may hold: a suspect alone, else runs for AHEAD seconds, and two at least so as not to wait."""
@@ -180,7 +225,7 @@ class Pool:
         for key, point in worker.held.items():
             if key in self._once and len(worker.held) == 1:
                 error = f"the process that ran it ended with {reason}, twice"
-                rows.append(row_of(self._frame, key, point, None, error, 0.0))
+                rows.append(self._job.lost(key, point, error))
             else:
                 self._once.add(key)
                 self._suspects.append((key, point))
