@@ -1,4 +1,4 @@
-"""The ledger: what a source claims, what we measured, and a verdict that is computed."""
+"""The ledger: what a source claims, what we measured, a verdict that is computed, and how far it holds."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -7,7 +7,10 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Claim:
-    """One row of the ledger. `measured` holds numbers in words; `parts` says for each part of the claim whether it came out."""
+    """One row of the ledger. `measured` holds numbers in words; `parts` says for each part of the claim whether it came out.
+
+    sensitivity : for how much of what the source leaves open the claim holds, in words; empty where nobody asked.
+    """
 
     id: str
     where: str
@@ -16,6 +19,7 @@ class Claim:
     measured: str
     parts: dict[str, bool]
     note: str = ""
+    sensitivity: str = ""
 
     @property
     def verdict(self) -> str:
@@ -35,9 +39,8 @@ def document(claims: Sequence[Claim]) -> list[dict[str, Any]]:
 
 def markdown(claims: Sequence[Claim], title: str) -> str:
     """The ledger as a Markdown page."""
-    head = "| id | where | claim | the paper shows | measured | verdict | note |\n|---|---|---|---|---|---|---|\n"
-    rows = (
-        f"| {c.id} | {c.where} | {c.claim} | {c.paper} | {c.measured} | {c.verdict} | {c.note} |".replace("\n", " ")
-        for c in claims
-    )
+    columns = ("id", "where", "claim", "the paper shows", "measured", "verdict", "sensitivity", "note")
+    head = f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}\n"
+    cells = ((c.id, c.where, c.claim, c.paper, c.measured, c.verdict, c.sensitivity, c.note) for c in claims)
+    rows = (f"| {' | '.join(row)} |".replace("\n", " ") for row in cells)
     return f"# {title}\n\n{head}" + "\n".join(rows) + "\n"

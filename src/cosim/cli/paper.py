@@ -1,4 +1,4 @@
-"""cosim paper: the paper's figures and the ledger of its claims."""
+"""cosim paper: the paper's figures, the ledger of its claims, and how far each claim holds."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,18 +14,36 @@ def command(
     only_wheel_pair: Annotated[
         bool, typer.Option("--only-wheel-pair", help="figures 2 to 4 and claims C1 to C4 only, in seconds")
     ] = False,
+    draws: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="draws from the ranges of the open parameters, for the column sensitivity; 0: none"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="S", help="of the draws")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Redraw the paper's figures and say, claim by claim, what comes out."""
-    from cosim import report
-    from cosim.paper import reproduce
+    """Redraw the paper's figures and say, claim by claim, what comes out, and for how much of the open parameters' ranges.
 
+    Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
+    """
+    from cosim import report
+    from cosim.paper import DRAWS, SEED, reproduce, studied, subjects
+
+    count = DRAWS if draws is None else draws
+    if count < 0:
+        raise ValueError(f"--draws must not be negative, got {count}")
+    known: dict[str, str] = {}
+    drawn: list[Path] = []
+    if count:
+        with progress(f"{count} draws") as show:
+            of = subjects(full_vehicle=not only_wheel_pair)
+            known, drawn = studied(directory, count, SEED if seed is None else seed, of, progress=show)
     with progress("the paper") as show:
-        claims, files = reproduce(directory, full_vehicle=not only_wheel_pair, progress=show)
-    table = Table("id", "claim", "measured", "verdict", show_lines=True)
+        claims, files = reproduce(directory, full_vehicle=not only_wheel_pair, sensitivity=known, progress=show)
+    table = Table("id", "claim", "measured", "verdict", "sensitivity", show_lines=True)
     for claim in claims:
         note = f"\n({claim.note})" if claim.note else ""
-        table.add_row(claim.id, f"{claim.claim} [{claim.where}]".replace("[", "\\["), claim.measured + note, claim.verdict)
-    document = {"claims": report.document(claims), "files": [str(file) for file in files]}
-    say(as_json, lambda: document, table, *(f"wrote {file}" for file in files))
+        told = f"{claim.claim} [{claim.where}]".replace("[", "\\[")
+        table.add_row(claim.id, told, claim.measured + note, claim.verdict, claim.sensitivity)
+    document = {"claims": report.document(claims), "files": [str(file) for file in (*files, *drawn)]}
+    say(as_json, lambda: document, table, *(f"wrote {file}" for file in (*files, *drawn)))
     return 0

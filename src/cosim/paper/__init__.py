@@ -2,31 +2,48 @@
 
 Prateek et al., Running performance improvement of a railway vehicle with independently rotating wheels by using
 gyroscopic dampers. What it states is quoted in the claims; every verdict is computed from our own numbers.
+
+    cases, measures, pair_measures              the runs; what is measured of them, and verdicts
+    wheel_pair, vehicle                         figures 2 to 4 and 6 to 10, claims C1 to C10
+    open_parameters, draws, *_draws             how far each claim holds: draws from the open parameters
+    chance, sensitivity*, studied               what the draws say
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from cosim import report
 from cosim.paper import vehicle, wheel_pair
+from cosim.paper.cases import Extent
+from cosim.paper.studied import DRAWS, SEED, studied, subjects
 from cosim.report import Claim
 
-__all__ = ["reproduce"]
+__all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
+
+NOT_STUDIED = "not studied (--draws 0)"
 
 
 def reproduce(
-    folder: Path, *, full_vehicle: bool = True, progress: Callable[[float, float], None] | None = None
+    folder: Path,
+    *,
+    full_vehicle: bool = True,
+    sensitivity: Mapping[str, str] | None = None,
+    extent: Extent | None = None,
+    progress: Callable[[float, float], None] | None = None,
 ) -> tuple[list[Claim], list[Path]]:
     """Draw the figures into `folder`, write ledger.md and ledger.json there; returns the claims and the files.
 
-    full_vehicle : also figures 6 to 10, which take a minute or two.
+    full_vehicle : also figures 6 to 10, which take a minute or two. sensitivity : claim -> how far it holds, as studied()
+    says it. extent : how much is run for figures 6 to 10.
     """
     folder.mkdir(parents=True, exist_ok=True)
     claims, files = wheel_pair.reproduce(folder, progress=progress)
     if full_vehicle:
-        more, drawn = vehicle.reproduce(folder, progress=progress)
-        claims, files = claims + more, files + drawn
+        more, others = vehicle.reproduce(folder, extent=extent, progress=progress)
+        claims, files = claims + more, files + others
+    claims = [replace(claim, sensitivity=(sensitivity or {}).get(claim.id, NOT_STUDIED)) for claim in claims]
     ledger = folder / "ledger.md"
     ledger.write_text(report.markdown(claims, "Claims of the paper, recomputed"), encoding="utf-8")
     data = folder / "ledger.json"

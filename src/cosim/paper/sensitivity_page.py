@@ -1,0 +1,138 @@
+"""The page of a study of draws, in Markdown: shares, what decides, derailments, the ranking, the best set of parameters."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from cosim.paper.chance import wilson
+from cosim.paper.draws import DRAW, Study
+from cosim.paper.sensitivity import Finding, Ranked, findings, margin_of, ranking, shown
+from cosim.sweep.table import Table
+
+BEST = 5  # draws that the ranking shows
+
+
+def page(study: Study, table: Table) -> str:
+    """Everything about one study."""
+    found, ranked = findings(study, table), ranking(study, table)
+    failed = int((table["status"] == "failed").sum())
+    subject = study.subject
+    kinds = ", each with " + " and ".join(subject.wheels) if len(subject.wheels) > 1 else ""
+    text = [
+        f"## {subject.name}: {study.draws} draws, seed {study.seed}",
+        f"Latin hypercube over {len(subject.parameters)} open parameters{kinds}: {len(table)} rows, {failed} of them failed.",
+        _claims(study, table, [f for f in found if not f.part]),
+        "Parts of the claims:",
+        _parts([f for f in found if f.part]),
+        *_derailments(study, table),
+        f"Ranking by the parts that come out at once, of {sum(map(len, subject.claims.values()))}:",
+        _ranking(study, table, ranked),
+        "The best draws:",
+        _best(study, table, ranked),
+    ]
+    return "\n\n".join(text) + "\n"
+
+
+def table_of(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+def _claims(study: Study, table: Table, found: Sequence[Finding]) -> str:
+    head = ("claim", "wheels", "holds in", "95 %", "decided by (rank correlation)", "holds in the lowest and highest third of it",
+            "at the middle")  # fmt: skip
+    return table_of(head, (
+        (f.claim, f.wheels, f"{f.share.count} of {f.share.judged}", f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
+         ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in f.deciding) or "none beyond chance",
+         _thirds(study, table, f), "-" if f.middle is None else "holds" if f.middle else "does not")
+        for f in found
+    ))  # fmt: skip
+
+
+def _thirds(study: Study, table: Table, finding: Finding) -> str:
+    """Share of the claim where the parameter that decides it most is in the lowest, and in the highest, third of its range."""
+    if not finding.deciding:
+        return "-"
+    target = finding.deciding[0].target
+    here = (table["kind"] == DRAW) & (table["wheels"] == finding.wheels)
+    value, margin = table[target][here], margin_of(study, table, finding.claim, finding.part)[here]
+    (range_,) = (p for p in study.subject.parameters if p.target == target)
+    low, high = value < range_.at(1 / 3), value > range_.at(2 / 3)
+    words = []
+    for third in (low, high):
+        judged = margin[third][~np.isnan(margin[third])]
+        words.append(f"{100 * np.mean(judged > 0.0):.0f} %" if judged.size else "-")
+    return ", ".join(words)
+
+
+def _parts(found: Sequence[Finding]) -> str:
+    head = ("claim", "part", "wheels", "holds in", "95 %", "decided by")
+    return table_of(head, (
+        (f.claim, f.part, f.wheels, f"{f.share.count} of {f.share.judged}",
+         f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
+         ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in f.deciding) or "none beyond chance")
+        for f in found
+    ))  # fmt: skip
+
+
+def _derailments(study: Study, table: Table) -> list[str]:
+    """Where a subject measures the climb of its flanges: how often it derails with the gyro off and on, at each speed."""
+    cases = [c.partition(" off: climb")[0] for c in study.subject.measures if c.endswith(" off: climb")]
+    rows = []
+    for case in cases:
+        for wheels in study.subject.wheels:
+            here = (table["kind"] == DRAW) & (table["wheels"] == wheels)
+            off, on = (table[f"{case} {gyro}: climb"][here] for gyro in ("off", "on"))
+            judged = ~(np.isnan(off) | np.isnan(on))
+            off, on = off[judged] > 1.0, on[judged] > 1.0
+            shares = [wilson(int(x.sum()), int(judged.sum())) for x in (off, on)]
+            rows.append((case, wheels, *(f"{s.count} ({100 * s.low:.0f}..{100 * s.high:.0f} %)" for s in shares),
+                         int((off & ~on).sum()), int((~off & on).sum()), int(judged.sum())))  # fmt: skip
+    head = ("case", "wheels", "derails off", "derails on", "off derails, on passes", "off passes, on derails", "draws")
+    return ["Derailments:", table_of(head, rows)] if rows else []
+
+
+def _ranking(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
+    """What has a name, the middle, and the best draws, among the draws with the same wheels."""
+    rows = []
+    for wheels in study.subject.wheels:
+        of = [r for r in ranked if r.wheels == wheels]
+        drawn = [r for r in of if r.kind == DRAW]
+        for r in [*(r for r in of if r.kind != DRAW), *drawn[:BEST]]:
+            better = sum((d.parts, d.claims) > (r.parts, r.claims) for d in drawn)
+            rows.append((r.name, wheels, r.parts, r.claims, f"{better} of {len(drawn)}"))
+    return table_of(("point", "wheels", "parts", "whole claims", "draws that do better"), rows)
+
+
+def _best(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
+    """Values of the open parameters of the best draw for each kind of wheels, beside those that have names and the middle."""
+    points = [r for r in ranked if r.kind != DRAW and r.kind in study.subject.named]
+    for wheels in study.subject.wheels:
+        points += [r for r in ranked if r.kind == DRAW and r.wheels == wheels][:1]
+    head = ("parameter", "unit", "range", *(f"{r.name}, {r.wheels}" for r in points))
+    rows = (
+        (p.target, p.unit, f"{p.low:.4g}..{p.high:.4g}", *(f"{table[p.target][r.row]:.4g}" for r in points))
+        for p in study.subject.parameters
+    )
+    return table_of(head, rows)
+
+
+def document(study: Study, table: Table) -> dict[str, Any]:
+    """The same as JSON holds it, with every correlation."""
+    return {
+        "subject": study.subject.name, "draws": study.draws, "seed": study.seed,
+        "rows": len(table), "failed": int((table["status"] == "failed").sum()),
+        "findings": [
+            {"claim": f.claim, "part": f.part, "wheels": f.wheels, "count": f.share.count, "judged": f.share.judged,
+             "low": f.share.low, "high": f.share.high, "middle": f.middle,
+             "correlations": {i.target: {"rho": i.rho, "p": i.p} for i in f.influences}}
+            for f in findings(study, table)
+        ],
+        "ranking": [
+            {"point": r.name, "wheels": r.wheels, "parts": r.parts, "claims": r.claims,
+             "values": {p.target: float(table[p.target][r.row]) for p in study.subject.parameters}}
+            for r in ranking(study, table)
+        ],
+    }  # fmt: skip

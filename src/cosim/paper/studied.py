@@ -1,0 +1,56 @@
+"""The studies of draws behind the ledger's column `sensitivity`: of the wheel pair and of the full vehicle, and their files."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from cosim import figures
+from cosim.paper import pair_draws, sensitivity_figures, vehicle_draws
+from cosim.paper.draws import Study, Subject, carry_out
+from cosim.paper.sensitivity import Finding, findings, sentences
+from cosim.paper.sensitivity_page import document, page
+
+EVERYWHERE = {"C5": "holds in every draw: no open parameter enters"}
+DRAWS, SEED = 8, 1  # a look in passing; docs/claims.md has the study that claims rest on
+
+Progress = Callable[[float, float], None]
+
+
+def subjects(*, full_vehicle: bool = True) -> list[Subject]:
+    """What the paper's claims are about."""
+    pair: Subject = pair_draws.subject()
+    return [pair, vehicle_draws.subject()] if full_vehicle else [pair]
+
+
+def studied(
+    folder: Path, draws: int, seed: int, of: list[Subject], *, workers: int | None = None, progress: Progress | None = None
+) -> tuple[dict[str, str], list[Path]]:
+    """Claim -> how far it holds, from `draws` draws of each subject, and the files written into `folder`.
+
+    Rows stand in draws_SUBJECT_DRAWS_SEED.csv; those that are there already are not done again.
+    """
+    if draws < 1:
+        raise ValueError(f"the number of draws must be at least 1, got {draws}")
+    texts = dict(EVERYWHERE)
+    pages: list[str] = []
+    documents: list[dict[str, Any]] = []
+    files: list[Path] = []
+    found: list[Finding] = []
+    here: list[Finding] = []
+    for subject in of:
+        study = Study(subject, draws, seed)
+        files.append(folder / f"draws_{subject.name}_{draws}_{seed}.csv")
+        table = carry_out(study, files[-1], workers=workers, progress=progress)
+        here = findings(study, table)
+        texts |= sentences(here, tuple(subject.wheels))
+        pages.append(page(study, table))
+        documents.append(document(study, table))
+        found += here
+    words, data = folder / "sensitivity.md", folder / "sensitivity.json"
+    words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
+    data.write_text(json.dumps({"studies": documents}, indent=1) + "\n", encoding="utf-8")
+    files += [words, data, figures.save(sensitivity_figures.shares(found), folder / "claims_shares.png")]
+    # The heat map is of what was studied last: the vehicle, whose parameters are many.
+    files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))
+    return texts, files
