@@ -30,7 +30,7 @@ GYRO = {"on": "2000rpm"} if SHORT else {"off": "0rpm", "on": "2000rpm"}
 CRITERIA = {"stays on the rails": np.inf, f"Y/Q at most {LIMIT:g} too": LIMIT}
 starts = "0mm" if SHORT else "0mm,0.1mm,-0.1mm"
 radii = (50.0,) if SHORT else (30.0, 50.0, 100.0)  # m
-scanned = (5.0, 8.0, 14.0) if SHORT else tuple(np.arange(3.0, 17.0))  # m/s
+scanned = (5.0, 8.0, 14.0) if SHORT else tuple(np.arange(3.0, 15.0))  # m/s
 ROUNDS = 1 if SHORT else 3  # halvings of the step of the scan
 
 
