@@ -135,6 +135,32 @@ FOLLOWER_3 = """<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>
 """
 
+BALL = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="ball" instantiationToken="ball">
+  <CoSimulation modelIdentifier="ball" canGetAndSetFMUState="true" canSerializeFMUState="true"
+    canHandleVariableCommunicationStepSize="true" mightReturnEarlyFromDoStep="@EVENTS@" hasEventMode="@EVENTS@"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Float64 name="h" valueReference="1" causality="output" initial="exact" start="1"/>
+    <Float64 name="v" valueReference="2" causality="output" initial="exact" start="0"/>
+    <Float64 name="e" valueReference="3" causality="parameter" variability="fixed" start="0.7"/>
+    <Float64 name="period" valueReference="4" causality="parameter" variability="fixed" start="0"/>
+    <Int32 name="last" valueReference="5" causality="parameter" variability="fixed" start="0"/>
+    <Int32 name="restless" valueReference="6" causality="parameter" variability="fixed" start="0"/>
+    <Int32 name="stubborn" valueReference="7" causality="parameter" variability="fixed" start="0"/>
+    <Int32 name="kick" valueReference="8" causality="input" variability="discrete" start="0"/>
+    <Int32 name="impacts" valueReference="9" causality="output" variability="discrete"/>
+    <Int32 name="ticks" valueReference="10" causality="output" variability="discrete"/>
+    @CLOCK@
+  </ModelVariables>
+  <ModelStructure>
+    <Output valueReference="1" dependencies=""/><Output valueReference="2" dependencies=""/>
+    <Output valueReference="9" dependencies=""/><Output valueReference="10" dependencies=""/>
+    <InitialUnknown valueReference="9" dependencies=""/><InitialUnknown valueReference="10" dependencies=""/>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
 # What the follower says of y and seen in initialization mode: on what they depend, that they are unknown there, nothing.
 INITIAL = {
     "stated": ((6, "1 2 3"), (7, "1")),
@@ -157,6 +183,14 @@ def follower(folder: Path, version: int, *, says: str = "stated") -> Path:
     place = host().name if version == 3 else host().folder
     library = _library("follower.c")
     return _write(folder / f"follower{version}.{says}.fmu", text, f"binaries/{place}/follower{host().suffix}", library)
+
+
+def ball(folder: Path, *, events: bool = True, clock: bool = False) -> Path:
+    """FMI 3.0: a bouncing ball with event mode, or one that deals with its events itself; see c/ball3.c."""
+    tick = '<Clock name="clock" valueReference="11" causality="input" intervalVariability="triggered"/>' if clock else ""
+    text = BALL.replace("@EVENTS@", str(events).lower()).replace("@CLOCK@", tick)
+    file = folder / f"ball{'' if events else '_alone'}{'_clock' if clock else ''}.fmu"
+    return _write(file, text, f"binaries/{host().name}/ball{host().suffix}", _library("ball3.c"))
 
 
 def mixed(folder: Path, *, name: str = "mixed", unit_in: str = "furlong", unit_out: str = "furlong") -> Path:

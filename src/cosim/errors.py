@@ -21,6 +21,14 @@ class SlaveError(RunError):
         self.slave, self.t, self.h, self.reason, self.log = slave, t, h, reason, log
 
 
+class EndRequest(RunError):
+    """A slave wants the run to end, at t (s), as FMI lets it: no failure, the run is over."""
+
+    def __init__(self, slave: str, t: float) -> None:
+        super().__init__(f"component {slave!r} asks to end the run at t = {t:.9g} s")
+        self.slave, self.t = slave, t
+
+
 class WiringError(ValueError):
     """A system whose connections cannot be made: unknown names, two sources, units that do not fit, an algebraic loop."""
 

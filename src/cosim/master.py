@@ -2,14 +2,14 @@
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
 from cosim.coupling import Algorithm, Jacobi
 from cosim.energy import BondEnergy
-from cosim.errors import RunError
+from cosim.errors import EndRequest, RunError
 from cosim.march import March, Options, Progress
 from cosim.network import Network
 from cosim.slaves import Slave, open_slave
@@ -41,9 +41,11 @@ class Run:
     """What a run did.
 
     step : macro step (s), the first one where it adapts. steps : macro steps completed. start : when it began (s).
-    status : "done", "ended" by one of the system's stop conditions, which `ended_by` tells, "interrupted" by the user, "failed".
+    status : "done", "ended" by a stop condition of the system or at a component's request, which `ended_by` tells,
+    "interrupted" by the user, "failed".
     iterations : passes over macro steps where the algorithm iterates, in all.
     rejections : macro steps that were taken back to be done shorter.
+    events : how many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
     """
 
     system: System
@@ -58,6 +60,7 @@ class Run:
     rejections: int = 0
     ended_by: str = ""
     start: float = 0.0
+    events: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def energy_residual(self) -> float:
@@ -174,6 +177,8 @@ def run(
             network.outputs(march.history.Y[0].copy(), march.history.t[0])
     except KeyboardInterrupt:
         status = "interrupted"
+    except EndRequest as request:
+        status, march.ended_by = "ended", str(request)
     except RunError as error:
         status, failure = "failed", error
     march.hand_over()
@@ -181,7 +186,7 @@ def run(
     result = Run(
         network.system, algorithm, step, march.done, march.recorder.finish(), march.meter.result(),
         Timing(set_up - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
-        status, march.history.iterations, march.rejections, march.ended_by, start,
+        status, march.history.iterations, march.rejections, march.ended_by, start, network.events(),
     )  # fmt: skip
     if failure is not None:
         failure.partial = result

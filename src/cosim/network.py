@@ -208,6 +208,10 @@ class Network:
             raise ValueError(f"sequence must name every component once, got {','.join(names)} for {','.join(known)}")
         return tuple(known.index(name) for name in names)
 
+    def events(self) -> dict[str, int]:
+        """Events since the start of each slave that tells."""
+        return {s.name: s.events for s in self.slaves if s.events is not None}
+
     def close(self) -> None:
         """Close every slave."""
         for slave in self.slaves:

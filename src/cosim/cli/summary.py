@@ -47,6 +47,7 @@ def document(run: Run) -> dict[str, Any]:
         ],
         "iterations": run.iterations,
         "rejections": run.rejections,
+        "events": {"total": sum(run.events.values()), "components": dict(run.events)},
         "timing": {
             "setup_s": run.timing.setup_s,
             "loop_s": run.timing.loop_s,
@@ -95,7 +96,10 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
             f"{most.exchanged:.3g} J on {most.name}, which carries most",
         ]
     ride = [line for vehicle in assess(trajectory) for line in _ride(vehicle)]
-    return [*lines, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"]), *ride]
+    told = ", ".join(f"{name} {count}" for name, count in sorted(run.events.items(), key=lambda item: -item[1])[:8])
+    more = f" and {len(run.events) - 8} more" if len(run.events) > 8 else ""
+    events = [f"events: {sum(run.events.values())} ({told}{more})"] if run.events else []
+    return [*lines, *events, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"]), *ride]
 
 
 def _ride(vehicle: Assessment) -> list[str]:

@@ -65,6 +65,7 @@ class Slave(ABC):
     input_degree : highest degree of an input polynomial that step() follows.
     can_restore : whether save() and restore() work.
     can_serialize : whether serialize() and deserialize() work.
+    events : handled since begin(); None where the slave does not tell.
     raw : from finish() on, how C code can step it, where it is an FMI 2.0 FMU of this process with real signals only.
     """
 
@@ -78,6 +79,7 @@ class Slave(ABC):
     input_degree: int
     can_restore: bool
     can_serialize: bool
+    events: int | None = None
     raw: RawFmi2 | None = None
 
     @abstractmethod
@@ -102,7 +104,10 @@ class Slave(ABC):
 
     @abstractmethod
     def step(self, U: np.ndarray, t: float, h: float) -> None:
-        """From t to t + h (s) under u(t + s) = U[0] + U[1] s + U[2] s^2 / 2; U has shape (3, n_u)."""
+        """From t to t + h (s) under u(t + s) = U[0] + U[1] s + U[2] s^2 / 2; U has shape (3, n_u).
+
+        EndRequest where the slave has come to the end that it wants.
+        """
 
     @abstractmethod
     def save(self) -> Any:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cosim.errors import SlaveError
+from cosim.errors import EndRequest, SlaveError
 from cosim.slaves.base import RawFmi2, Value
 from cosim.slaves.description import Row
 from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
@@ -112,8 +112,9 @@ class Fmi2Slave(FmuSlave):
             wants = boolean(self._instance, _TERMINATED, ctypes.byref(ended)) == 0 and ended.value
             how = f", having reached t = {reached.value:.9g} s" if told else ""
             self._running = False
-            reason = f"fmi2DoStep answered discard{how}" + (", and asks to end the run" if wants else "")
-            raise SlaveError(self.name, t, h, reason, self.log.said())
+            if wants:
+                raise EndRequest(self.name, reached.value)
+            raise SlaveError(self.name, t, h, f"fmi2DoStep answered discard{how}", self.log.said())
         self.check(status, "fmi2DoStep", t, h)
 
     def _directional(self, column: int, result: np.ndarray) -> int:

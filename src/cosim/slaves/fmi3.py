@@ -1,13 +1,19 @@
-"""An FMI 3.0 Co-Simulation FMU as a slave, without event mode and early return."""
+"""An FMI 3.0 Co-Simulation FMU as a slave, with event mode where it has one; see cosim.slaves.events.
+
+With event mode it may return early from a step, where an event is: the event is handled there, and the rest of the step
+follows. So an event counts at its own time, whatever the macro step.
+"""
 
 import ctypes
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from cosim.errors import SlaveError
+from cosim.errors import EndRequest, SlaveError
+from cosim.slaves import events
 from cosim.slaves.base import Value
 from cosim.slaves.description import Row
 from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
@@ -18,6 +24,7 @@ _UPDATE = ctypes.CFUNCTYPE(
     None, POINTER, ctypes.c_double, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool,
     ctypes.POINTER(ctypes.c_bool), ctypes.POINTER(ctypes.c_double),
 )  # fmt: skip
+STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
 
@@ -53,6 +60,13 @@ class Fmi3Slave(FmuSlave):
         self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
         self._event, self._ended, self._early = boolean(), boolean(), boolean()
         self._reached = double()
+        self._event_mode: events.EventMode | None = None
+        self._discrete = np.flatnonzero([not s.smooth for s in self.inputs])
+        if events.used(self.description):
+            self._event_mode, self.events = events.EventMode(library, self.check), 0
+            self._variable_step = self.description.can("canHandleVariableCommunicationStepSize")
+            if self._discrete.size:
+                self._put = self._put_with_events
         self._told_by_step = tuple(ctypes.byref(x) for x in (self._event, self._ended, self._early, self._reached))
         if self._differentiable:
             self._derivative = function(
@@ -83,8 +97,9 @@ class Fmi3Slave(FmuSlave):
 
     def _instantiate(self) -> Any:
         resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
+        with_events = self._event_mode is not None
         return self._instantiate_call(
-            self.name.encode(), self.description.token.encode(), resources, False, True, False, False,
+            self.name.encode(), self.description.token.encode(), resources, False, True, with_events, with_events,
             self._asked_refs, len(self._asked), None, self._log, self._update if self._asked else None,
         )  # fmt: skip
 
@@ -93,6 +108,14 @@ class Fmi3Slave(FmuSlave):
 
     def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
+        if self._event_mode is not None:  # where it now is
+            if self._discrete.size:
+                u = np.zeros(self._u.size)
+                for group in self._input_groups:
+                    self.check(group.get(self._instance), group.label.replace("Set", "Get"), t, 0.0)
+                    u[group.places] = group.buffer
+                self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
+            self._leave_event_mode(self._event_mode, t, 0.0)
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
         reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
@@ -108,26 +131,91 @@ class Fmi3Slave(FmuSlave):
             status = set_(self._instance, reference, 1, sizes, data, n)
         self.check(status, f"fmi3Set{row.type} of {row.name!r}", 0.0, 0.0)
 
+    def _put_with_events(self, u: np.ndarray, t: float, h: float) -> None:
+        """Discrete inputs of an FMU with event mode change there only; before that it sets them in initialization mode."""
+        if self._mode or tuple(u[self._discrete].tolist()) == self._note.discrete:
+            self._set_inputs(u, t, h)
+        else:
+            self._handle_event(u, t, h)
+
+    def _handle_event(self, u: np.ndarray, t: float, h: float) -> None:
+        """Through event mode at t (s), where the inputs are u."""
+        mode = self._event_mode
+        assert mode is not None
+        mode.enter(self._instance, t, h)
+        self._set_inputs(u, t, h)
+        self._learn(replace(self._note, events=self._note.events + 1, discrete=tuple(u[self._discrete].tolist())))
+        self._leave_event_mode(mode, t, h)
+
+    def _leave_event_mode(self, mode: events.EventMode, t: float, h: float) -> None:
+        due, ends, settled = mode.leave(self._instance, t, h)
+        self._learn(replace(self._note, due=due, ends=self._note.ends or ends))
+        if not settled:
+            self._fails(f"the discrete states must settle, they do not in {events.UPDATES} updates", t, h)
+
     def step(self, U: np.ndarray, t: float, h: float) -> None:
+        if self._note.ends:
+            raise EndRequest(self.name, t)
         if self._u.size:
-            self._set_inputs(U[0], t, h)
+            self._put(U[0], t, h)
             if self._asked:
                 self._origin, self._update_status, self._polynomial = t, 0, []
                 if U[1:].any():
                     part = U if self._smooth.size == self._u.size else U[:, self._smooth]
                     self._polynomial = [*zip(part[0].tolist(), part[1].tolist(), (part[2] / 2).tolist(), strict=True)]
+        if self._event_mode is not None:
+            self._step_through_events(U, t, h)
+            return
+        self._advance(t, h)
+        if self._early.value and not self._ended.value:
+            self._refuse_short_step(t, h)
+
+    def _step_through_events(self, U: np.ndarray, t: float, h: float) -> None:
+        """In as many parts as events are in between, or times that the FMU has announced."""
+        end, now, stuck = t + h, t, 0
+        close = 1e-9 * h + 4 * np.finfo(float).eps * abs(end)
+        while end - now > close:
+            due = self._note.due
+            if due > now + close:
+                reached = self._advance(now, (due if due < end - close and self._variable_step else end) - now)
+                stuck = 0 if reached > now + close else stuck + 1
+                now = reached
+            else:
+                self._event.value, stuck = True, stuck + 1
+            if self._event.value or self._note.due <= now + close:
+                s = now - t
+                self._handle_event(U[0] + s * (U[1] + s * U[2] / 2), now, h)
+                self._event.value = False
+            elif end - now > close and self._u.size:  # it came back for another reason
+                s = now - t
+                self._set_inputs(U[0] + s * (U[1] + s * U[2] / 2), now, h)
+            if self._note.ends and end - now > close:
+                raise EndRequest(self.name, now)
+            if stuck > STUCK:
+                self._fails(f"the FMU must get on, stays at t = {now:.9g} s for {STUCK} events", t, h)
+
+    def _advance(self, t: float, h: float) -> float:
+        """fmi3DoStep; the time that it has reached."""
         self._reached.value = t + h
         status = self._do_step(self._instance, t, h, not self.can_restore, *self._told_by_step)
         if status > 1:
             how = f" (it reached t = {self._reached.value:.9g} s)" if status == 2 else ""
             self.check(status, f"fmi3DoStep{how}", t, h)
         self.check(self._update_status, "fmi3SetFloat64 in the intermediate update", t, h)
+        reached = self._reached.value
+        short = abs(reached - (t + h)) > 1e-9 * (h + abs(t))
         if self._ended.value:
-            self._fails("the FMU asks to end the run", t, h)
-        if self._early.value or abs(self._reached.value - (t + h)) > 1e-9 * (h + abs(t)):
-            own = self.description.interfaces["CoSimulation"].get("fixedInternalStepSize")
-            hint = f" (its own step is fixed to {own} s)" if own else ""
-            self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
+            if short and self._event_mode is None:
+                raise EndRequest(self.name, reached)
+            self._learn(replace(self._note, ends=True))
+        elif short and not (self._event_mode is not None and self._early.value):
+            self._refuse_short_step(t, h)
+        return reached
+
+    def _refuse_short_step(self, t: float, h: float) -> None:
+        own = self.description.interfaces["CoSimulation"].get("fixedInternalStepSize")
+        hint = f" (its own step is fixed to {own} s)" if own else ""
+        self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
 
     def _fails(self, reason: str, t: float, h: float) -> None:
         self._running = False

@@ -15,6 +15,7 @@ import numpy as np
 from cosim.errors import SlaveError
 from cosim.slaves.base import Slave, StateSpace, Value
 from cosim.slaves.description import Row
+from cosim.slaves.events import Note
 from cosim.slaves.library import STATUS, Library, Log
 from cosim.slaves.opened import OpenedFmu
 from cosim.slaves.states import States
@@ -42,6 +43,7 @@ class FmuSlave(Slave):
     """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
     _start, _mode : when the run begins, and what is to be said of the mode that the FMU is in.
+    _note : what is known of the FMU beside its state. _put : gives it its inputs, as _put(u, t, h).
     _told : highest order of input derivatives that the FMU has heard of.
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
     """
@@ -56,7 +58,8 @@ class FmuSlave(Slave):
         opened.logs[id(self)] = self.log
         self._instance: Any = None
         self._running = self._dead = self._closed = False
-        self._start, self._mode = 0.0, ""
+        self._start, self._mode, self._note = 0.0, "", Note()
+        self._put: Callable[[np.ndarray, float, float], None] = self._set_inputs
         try:
             self._describe()
             self._bind()
@@ -153,6 +156,7 @@ class FmuSlave(Slave):
             self._set_start(row, given, t)
         self._enter_initialization(t, stop)
         self._start, self._mode = t, INITIALIZATION
+        self._learn(Note())
 
     def finish(self) -> None:
         self._mode = ""
@@ -184,8 +188,7 @@ class FmuSlave(Slave):
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         instance = self._instance
         if u.size:
-            self._u[:] = u
-            self._set_inputs(u, t, 0.0)
+            self._put(u, t, 0.0)
         for group in self._output_groups:
             status = group.get(instance)
             if status > 1:
@@ -237,23 +240,33 @@ class FmuSlave(Slave):
     # ---- states
 
     def save(self) -> Any:
-        return self._states.save(self._instance)
+        return self._states.save(self._instance), self._note
 
     def restore(self, snapshot: Any) -> None:
-        self._states.restore(self._instance, snapshot)
+        self._states.restore(self._instance, snapshot[0])
+        self._learn(snapshot[1])
 
     def discard(self, snapshot: Any) -> None:
         if self._instance is not None:
-            self._states.discard(self._instance, snapshot)
+            self._states.discard(self._instance, snapshot[0])
 
     def serialize(self) -> bytes:
         self._must_serialize()
-        return self._states.serialize(self._instance)
+        state = self._states.serialize(self._instance)
+        return state if self.events is None else state + self._note.packed()
 
     def deserialize(self, data: bytes) -> None:
         self._must_serialize()
+        if self.events is not None:
+            data, note = Note.split(data, len(self._note.discrete))
+            self._learn(note)
         self._states.deserialize(self._instance, data)
         self._told = 2
+
+    def _learn(self, note: Note) -> None:
+        self._note = note
+        if self.events is not None:
+            self.events = note.events
 
     def _must_serialize(self) -> None:
         if not self.can_serialize:

@@ -55,6 +55,7 @@ class Interface(Slave):
 
     def finish(self) -> None:
         self._slave.finish()
+        self.events = self._slave.events
         if self._model is not None:
             self._model.finish()
         self._start_anew()  # what arrived before was on the way to the start
@@ -104,6 +105,7 @@ class Interface(Slave):
         for one, v in zip(self._filters, signals, strict=True):
             one.push(v)
         self._slave.step(U, t, h)
+        self.events = self._slave.events
         if self._model is not None:
             self._model.step(U, t, h)
 
@@ -114,6 +116,7 @@ class Interface(Slave):
     def restore(self, snapshot: Any) -> None:
         inner, model, self._filters, self._controller, self._now, self._heat = snapshot
         self._slave.restore(inner)
+        self.events = self._slave.events
         if self._model is not None:
             self._model.restore(model)
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.errors import SlaveError
+from cosim.errors import EndRequest, SlaveError
 from cosim.slaves.base import Slave, Value
 
 PATIENCE = 60.0  # s that one call may take
@@ -70,13 +70,15 @@ class IsolatedSlave(Slave):
             if not self._connection.poll(self._patience):
                 self._process.kill()
                 raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_words())
-            kind, answer = self._connection.recv()
+            kind, answer, self.events = self._connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(FAREWELL)
             raise SlaveError(self.name, t, h, f"its process {self._fate()} in {what}", self._last_words()) from None
         if kind == "slave":
             raise SlaveError(self.name, *answer)
+        if kind == "end":
+            raise EndRequest(self.name, answer)
         if kind == "value":
             raise ValueError(answer)
         if kind == "other":
@@ -182,11 +184,13 @@ def serve(connection: Connection) -> None:
                 answer = getattr(slave, what)(*arguments)
         except SlaveError as error:
             kind, answer = "slave", (error.t, error.h, error.reason, error.log)
+        except EndRequest as request:
+            kind, answer = "end", request.t
         except ValueError as error:
             kind, answer = "value", str(error)
         except Exception as error:  # whatever it is, the parent needs one line
             kind, answer = "other", f"{type(error).__name__}: {error}"
-        connection.send((kind, answer))
+        connection.send((kind, answer, None if slave is None else slave.events))
     if slave is not None:
         slave.close()
 

@@ -1,0 +1,85 @@
+"""Events of an FMI 3.0 FMU: what the master remembers of them, and the way through event mode.
+
+An event is one passage through event mode after the start: because doStep asked for it (a state event), because the time has
+come that the FMU had announced (a time event), or because a discrete input changes. FMI 2.0 has no such mode in
+Co-Simulation: its FMUs deal with their events by themselves, and nobody can count them. Neither do the ticks of a component's
+sampled part count, in this process or as an FMU.
+"""
+
+import ctypes
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from cosim.slaves.description import Description
+from cosim.slaves.library import Library
+
+UPDATES = 1000  # rounds after which the discrete states must have settled
+
+
+@dataclass(frozen=True)
+class Note:
+    """What the master has learnt from an FMU beside its state, saved and restored with it.
+
+    events : handled since the start. due : when the next time event is (s). ends : it wants the run to end.
+    discrete : its discrete inputs, as they were set last.
+    """
+
+    events: int = 0
+    due: float = float("inf")
+    ends: bool = False
+    discrete: tuple[float, ...] = ()
+
+    def packed(self) -> bytes:
+        """As bytes, whose number depends on that of the discrete inputs only."""
+        return struct.pack(f"<qd?{len(self.discrete)}d", self.events, self.due, self.ends, *self.discrete)
+
+    @staticmethod
+    def split(data: bytes, discrete: int) -> "tuple[bytes, Note]":
+        """What stands before the note of an FMU with so many discrete inputs, and the note."""
+        size = struct.calcsize(f"<qd?{discrete}d")
+        events, due, ends, *values = struct.unpack(f"<qd?{discrete}d", data[-size:])
+        return data[:-size], Note(events, due, ends, tuple(values))
+
+
+def used(description: Description) -> bool:
+    """Whether event mode is used: where the FMU has one, unless it has input clocks, which this master does not tick.
+
+    Without event mode such an FMU runs on its continuous-time part, and its clocks stay silent.
+    """
+    clocks = any(row.type == "Clock" and row.causality == "input" for row in description.rows)
+    return description.can("hasEventMode") and not clocks
+
+
+class EventMode:
+    """The functions that lead into event mode, through it, and back to step mode; `check` raises for a bad status."""
+
+    def __init__(self, library: Library, check: Callable[[int, str, float, float], None]) -> None:
+        pointer, boolean = ctypes.c_void_p, ctypes.c_bool
+        self._check = check
+        self._enter = library.function("fmi3EnterEventMode", pointer)
+        self._update = library.function("fmi3UpdateDiscreteStates", pointer, *[pointer] * 6)
+        self._step_mode = library.function("fmi3EnterStepMode", pointer)
+        self._more, self._ends, self._defined, self._ignored = boolean(), boolean(), boolean(), boolean()
+        self._due = ctypes.c_double()
+        # nominals and values of continuous states are Model Exchange's business
+        told = self._more, self._ends, self._ignored, self._ignored, self._defined, self._due
+        self._told = tuple(ctypes.byref(one) for one in told)
+
+    def enter(self, instance: Any, t: float, h: float) -> None:
+        """From step mode."""
+        self._check(self._enter(instance), "fmi3EnterEventMode", t, h)
+
+    def leave(self, instance: Any, t: float, h: float) -> tuple[float, bool, bool]:
+        """Update until nothing changes, then to step mode: when the next time event is due (s), whether the FMU wants the run
+        to end, and whether the updates came to an end."""
+        ends = settled = False
+        for _ in range(UPDATES):
+            self._check(self._update(instance, *self._told), "fmi3UpdateDiscreteStates", t, h)
+            ends = ends or self._ends.value
+            settled = ends or not self._more.value
+            if settled:
+                break
+        self._check(self._step_mode(instance), "fmi3EnterStepMode", t, h)
+        return (self._due.value if self._defined.value else float("inf")), ends, settled
