@@ -21,7 +21,7 @@ from cosim.studies import AtRest, measured_root
 
 # ---- parameters
 SHORT = "--short" in sys.argv
-FOLDER = Path("results/studies")
+FOLDER = Path("results/studies/short" if SHORT else "results/studies")
 RPM = np.pi / 30  # rad/s
 spins = np.array([0.0, 1000.0, 2000.0, 4000.0]) if SHORT else np.arange(0.0, 4001.0, 100.0)  # rpm
 NEAR = 0.08  # the runs in time are this part under and over the critical speed
@@ -49,7 +49,7 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
     signal = f"vehicle.{lateral}"
 
     # ---- run: critical speed over spin; where a vehicle is never stable, or always, there is none
-    where = np.geomspace(*bounds, 60)
+    where = np.geomspace(*bounds, 25)
     critical = np.full(spins.size, np.nan)
     for i, spin in enumerate(spins):
         at = np.array([rest.growth((v, spin * RPM)) for v in where])
@@ -105,6 +105,7 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
     column[1].set_ylabel("growth of the hunting mode [1/s]")
     column[1].legend(fontsize=8)
 figures.save(made, FOLDER / "critical_speed.png")
-(FOLDER / "critical_speed.json").write_text(json.dumps(summary, indent=1) + "\n")
+command = " ".join(["python studies/critical_speed.py", *sys.argv[1:]])
+(FOLDER / "critical_speed.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
     print(f"{name}:", json.dumps(found))

@@ -2,7 +2,7 @@
 
 Criterion: the integral of squared signals after a release, from Lyapunov equations, with exact derivatives (cosim.studies.release
 says why not the slowest root itself). Set A, which nothing brings to rest, is made to grow as slowly as it can instead. Every
-optimum is run again as co-simulation of the FMUs, beside the paper's parameters. Run: python studies/optimum.py [--short]
+optimum is run again as co-simulation of the FMUs, beside the default parameters. Run: python studies/optimum.py [--short]
 """
 
 import json
@@ -20,7 +20,7 @@ from cosim.studies import AtRest, Release, optimum
 
 # ---- parameters: q = (spin, k_g, c_g, d_g); bounds: 1 to 4 of the tables' springs and dampers, d_g and spin as docs/vehicle.md
 SHORT = "--short" in sys.argv
-FOLDER = Path("results/studies")
+FOLDER = Path("results/studies/short" if SHORT else "results/studies")
 RPM = np.pi / 30  # rad/s
 FREE = ("gyro.rotor_speed", "gyro.gimbal_stiffness", "gyro.gimbal_damping", "gyro.spring_arm")
 SMALL = np.array([(1.0 * RPM, 1000.0 * RPM), (0.0045, 4 * 0.0045), (6.3e-4, 4 * 6.3e-4), (0.03, 1.0)])  # Table 1
@@ -52,7 +52,7 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
 
     # ---- run
     best = optimum(release, bounds, starts=1 if SHORT else 3, level=level)
-    designs = {"paper": rest.q0, "optimum": best.q}
+    designs = {"default": rest.q0, "optimum": best.q}
     found = summary[name] = {"at_bound": best.at_bound, "criteria": best.found, "evaluations": best.evaluations}
     for label, q in designs.items():
         spin, k, c, d = q
@@ -69,7 +69,7 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
             for target, value in (*rest.starts(np.zeros(len(rest.states))).items(), *start.items(), *zip(FREE, q, strict=True)):
                 run = run.with_value(target, float(value))
             options = Options(record=Recording(select=tuple(scales)))
-            done = simulate(run, algorithm=Jacobi(2), step=1e-3, stop=length, options=options).trajectory
+            done = simulate(run, algorithm=Jacobi(2), step=1e-3, stop=length, in_process=SHORT, options=options).trajectory
             cost += sum(simpson((done[s] / size) ** 2, x=done.t) for s, size in scales.items())
             histories.setdefault(label, done)
         yaw = np.abs(histories[label][next(iter(scales))])
@@ -109,6 +109,7 @@ for ax in axes:
     ax.axhline(0.0, color="0.3", linewidth=0.8)
     ax.legend(fontsize=8)
 figures.save(made, FOLDER / "optimum.png")
-(FOLDER / "optimum.json").write_text(json.dumps(summary, indent=1) + "\n")
+command = " ".join(["python studies/optimum.py", *sys.argv[1:]])
+(FOLDER / "optimum.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, entry in summary.items():
     print(f"{name}:", json.dumps(entry))

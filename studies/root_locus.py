@@ -16,12 +16,12 @@ from cosim.studies import AtRest
 
 # ---- parameters
 SHORT = "--short" in sys.argv
-FOLDER = Path("results/studies")
+FOLDER = Path("results/studies/short" if SHORT else "results/studies")
 RPM = np.pi / 30  # rad/s
 SYSTEMS = {"A": "lrt-straight", "B": "lrt-straight-b"}
 LOWEST, HIGHEST = 0.5, 120.0  # m/s, the bounds of the vehicle's speed
-speeds = np.linspace(1.0, 60.0, 119 if SHORT else 591)  # m/s
-spins = np.linspace(0.0, 4000.0, 101 if SHORT else 401)  # rpm
+speeds = np.linspace(1.0, 60.0, 60 if SHORT else 591)  # m/s
+spins = np.linspace(0.0, 4000.0, 41 if SHORT else 401)  # rpm
 shown_spins = (0, 500, 1000, 2000, 4000)  # rpm
 critical_spins = np.array([0.0, 500.0, 1000.0, 2000.0, 4000.0]) if SHORT else np.arange(0.0, 4001.0, 100.0)  # rpm
 SPEED, SPIN = 8.0, 2000.0  # m/s and rpm, where the other one is varied
@@ -46,12 +46,13 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     unstable: set[int] = set()
     never: dict[str, list[float]] = {"stable": [], "unstable": []}
     for spin in critical_spins:
-        at = np.array([rest.growth((v, spin * RPM)) for v in where])
+        at_speeds = [rest.roots((v, spin * RPM)).real for v in where]
+        at = np.array([roots.max() for roots in at_speeds])
         critical[spin] = [
             brentq(lambda v, spin, rest: rest.growth((v, spin * RPM)), where[k], where[k + 1], args=(spin, rest), xtol=1e-6)
             for k in np.flatnonzero(np.diff(np.sign(at)))
         ]
-        unstable |= {int((rest.roots((v, spin * RPM)).real > 0.0).sum()) for v in where}
+        unstable |= {int((roots > 0.0).sum()) for roots in at_speeds}
         if not critical[spin]:
             never["stable" if at[0] > 0.0 else "unstable"].append(spin)
     slow = rest.mode((SPEED, SPIN * RPM), rest.roots((SPEED, SPIN * RPM))[0])[0]
@@ -94,6 +95,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     )
     row[2].legend(fontsize=8)
 figures.save(made, FOLDER / "root_locus.png")
-(FOLDER / "root_locus.json").write_text(json.dumps(summary, indent=1) + "\n")
+command = " ".join(["python studies/root_locus.py", *sys.argv[1:]])
+(FOLDER / "root_locus.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
     print(f"set {name}:", json.dumps(found))

@@ -17,7 +17,7 @@ from cosim.studies import AtRest
 
 # ---- parameters
 SHORT = "--short" in sys.argv
-FOLDER = Path("results/studies")
+FOLDER = Path("results/studies/short" if SHORT else "results/studies")
 RPM = np.pi / 30  # rad/s
 SYSTEMS = {"A": "lrt-straight", "B": "lrt-straight-b"}
 ONE_DAMPER = 21000.0  # N s/m, Table 2's c_z
@@ -87,6 +87,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     row[1].plot(arm, damper / ONE_DAMPER, "o", color="k", label=f"set {name}; dashed: the assumed range")
     row[1].legend(fontsize=8, loc="lower right")
 figures.save(made, FOLDER / "stability_map.png")
-(FOLDER / "stability_map.json").write_text(json.dumps(summary, indent=1) + "\n")
+command = " ".join(["python studies/stability_map.py", *sys.argv[1:]])
+(FOLDER / "stability_map.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
     print(f"set {name}:", json.dumps(found))

@@ -1,0 +1,402 @@
+"""Studies of the linearised vehicle: what stands behind them, and each script run short against stored norms.
+
+The norms in tests/norms are what the scripts wrote: each file holds the command that made it, and is a copy of that command's
+file in results/studies/short.
+"""
+
+import json
+import runpy
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import simpson
+from scipy.optimize import linear_sum_assignment
+
+from cosim import System, system
+from cosim.monolith import Monolith
+from cosim.studies import AtRest, Release, measured_root, optimum
+
+ROOT = Path(__file__).parent.parent
+RPM = np.pi / 30
+ALONG = ("vehicle.*_distance",)
+FREE = ("gyro.rotor_speed", "gyro.gimbal_stiffness", "gyro.gimbal_damping", "gyro.spring_arm")
+
+
+def straight(set_: str) -> System:
+    return system("lrt-straight" + ("-b" if set_ == "B" else "")).with_value("vehicle.stretch_lateral", 0.0)
+
+
+@cache
+def over_speed_and_spin(set_: str) -> AtRest:
+    return AtRest(straight(set_), ("vehicle.speed", "gyro.rotor_speed"), ALONG)
+
+
+@cache
+def pair() -> AtRest:
+    return AtRest(system("wheel-pair"), FREE)
+
+
+@cache
+def pair_release() -> Release:
+    return Release(pair(), [{"vehicle.yaw_angle": 0.314}], {"vehicle.yaw_angle": 0.314})
+
+
+@cache
+def set_b_release() -> Release:
+    rest = AtRest(straight("B").with_value("vehicle.speed", 8.0), FREE, ALONG)
+    return Release(rest, [{"vehicle.front_yaw_angle": 1e-3}], {"vehicle.front_yaw_angle": 1e-3, "vehicle.rear_yaw_angle": 1e-3})
+
+
+# ---- the linearisation at rest
+
+
+@pytest.mark.parametrize("set_", ["A", "B"])
+def test_vehicle_is_at_rest_at_every_speed_and_spin(set_: str) -> None:
+    """The trim depends on the speed; 1e-9 of a metre or radian is rounding of forces of 17 kN against the springs."""
+    rest = over_speed_and_spin(set_)
+    assert max(rest.rest_error((v, n * RPM)) for v in (0.5, 3.0, 8.0, 50.0, 120.0) for n in (0.0, 2000.0, -4000.0)) < 1e-9
+
+
+@pytest.mark.parametrize("set_", ["A", "B"])
+def test_the_root_that_is_removed_is_the_neutral_one_and_no_other(set_: str) -> None:
+    """All roots of the whole matrix are those without the common shift, and zero; to rounding of the largest root."""
+    rest = over_speed_and_spin(set_)
+    q = (8.0, 2000.0 * RPM)
+    whole = np.linalg.eigvals(rest.monolith.matrix(rest.parameters(q)))
+    kept = rest.roots(q)
+    assert whole.size == kept.size + 1
+    distances = np.abs(whole[:, None] - np.append(kept, 0.0)[None, :])
+    assert distances[linear_sum_assignment(distances)].max() < 1e-9 * np.abs(whole).max()
+    assert np.abs(kept).min() > 0.1
+
+
+def test_one_name_sets_all_gyros_alike() -> None:
+    rest = over_speed_and_spin("B")
+    assert rest.monolith.free == ("vehicle.speed", "gyro_front.rotor_speed", "gyro_rear.rotor_speed")
+    assert rest.parameters((7.0, 9.0)).tolist() == [7.0, 9.0, 9.0]
+    assert rest.q0.tolist() == [50.0, pytest.approx(2000.0 * RPM)]
+
+
+def test_a_state_of_a_run_is_the_state_of_the_linearisation() -> None:
+    """A difference of distances is put into the one of the two that is not the reference."""
+    rest = over_speed_and_spin("B")
+    starts = rest.starts(np.arange(len(rest.states), dtype=float))
+    k = rest.states.index("vehicle.front_distance - vehicle.body_distance")
+    assert starts["vehicle.front_distance"] == k
+    assert "vehicle.body_distance" not in starts
+
+
+@pytest.mark.parametrize(
+    ("plan", "free", "ignorable", "words"),
+    [
+        (straight("B"), ("vehicle.speed",), ("vehicle.*_yaw_angle",), r"'vehicle.\*_yaw_angle' must be ignorable: .* changes"),
+        (straight("B"), ("vehicle.speed",), ("vehicle.*_miles",), r"ignorable states: 'vehicle.\*_miles'"),
+        (straight("B"), ("vehicle.sped",), ALONG, "'vehicle.sped' must be a parameter"),
+        (straight("B"), ("tram.speed",), ALONG, "'tram'"),
+        (straight("B").with_value("vehicle.curve_turn", 1.0).with_value("vehicle.curve_start", -60.0), (), ALONG,
+         "'lrt-straight-b' must be at rest where its states are zero; it is .* away"),
+    ],
+)  # fmt: skip
+def test_refusals_name_what_is_wrong(plan: System, free: tuple[str, ...], ignorable: tuple[str, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        AtRest(plan, free, ignorable)
+
+
+def test_a_point_must_have_a_value_for_each_parameter() -> None:
+    with pytest.raises(ValueError, match=r"`q` must hold a value for each of vehicle.speed, gyro.rotor_speed, got 1"):
+        over_speed_and_spin("B").matrix([8.0])
+
+
+# ---- known limits
+
+
+def test_without_spin_the_roots_are_those_of_the_vehicle_alone() -> None:
+    """At 0 rpm no moment links the gimbals with yaw, only with pitch: slow roots are the same."""
+    alone = straight("B")
+    alone = replace(alone, parts=alone.parts[:1], connections=(), bonds=())
+    for v in (2.0, 8.0, 50.0):
+        bare = AtRest(alone, ("vehicle.speed",), ALONG).roots((v,))
+        both = over_speed_and_spin("B").roots((v, 0.0))
+        slow = bare[np.abs(bare) < 3.5]
+        assert slow.size >= 4
+        assert [np.abs(both - s).min() for s in slow] == pytest.approx([0.0] * slow.size, abs=1e-3)
+        assert both[0].real == pytest.approx(bare[0].real, rel=1e-6)
+
+
+@pytest.mark.parametrize("set_", ["A", "B"])
+def test_the_sense_of_the_spin_does_not_matter(set_: str) -> None:
+    """The mirror image of the vehicle spins the other way round."""
+    rest = over_speed_and_spin(set_)
+    for v in (5.0, 30.0):
+        assert rest.growth((v, -1500.0 * RPM)) == pytest.approx(rest.growth((v, 1500.0 * RPM)), rel=1e-8)
+
+
+def test_the_gyro_holds_no_steady_yaw_so_set_a_stays_unstable() -> None:
+    """The product of all roots does not depend on the spin (to rounding): none of the two that grow reaches zero on the axis."""
+    rest = over_speed_and_spin("A")
+    for v in (2.0, 20.0):
+        signs, sizes = zip(*(np.linalg.slogdet(rest.matrix((v, n * RPM))) for n in (0.0, 2000.0, 20000.0)), strict=True)
+        assert len(set(signs)) == 1
+        assert np.ptp(sizes) < 1e-8 * abs(sizes[0])
+        assert all((rest.roots((v, n * RPM)).real > 0.0).sum() == 2 for n in (0.0, 2000.0, 20000.0))
+
+
+def test_slow_yaw_of_set_b_is_a_pendulum_and_spin_adds_inertia_to_it() -> None:
+    """omega^2 = K / (I + H^2 / k), K = 2 P g0 (b + g0 r0) with spin below k / c: to 8 % at 8 m/s,
+    since the bogie's springs give way and omega is half of k / c."""
+    rest = over_speed_and_spin("B")
+    K = 2 * 7000 * 9.81 / 4 * 0.45 * (0.7475 + 0.45 * 0.30)
+    I = 115.54 + 2 * (25.13 + 600 * 0.7475**2) + 24.03 + 26.45 + 404.7
+    k = 1.5 * 86700.0 * 0.3**2
+    for rpm in (0.0, 2000.0):
+        slow = rest.roots((8.0, rpm * RPM))[0]
+        assert abs(slow.imag) == pytest.approx(np.sqrt(K / (I + (22.04 * rpm * RPM) ** 2 / k)), rel=0.08)
+
+
+def test_vehicle_on_solid_axles_runs_klingels_wave() -> None:
+    """2 pi sqrt(b r0 / gamma) at 1 m/s, to 0.1 %."""
+    rest = AtRest(straight("A").with_source("vehicle", "lrt_solid_axle"), ("vehicle.speed", "gyro.rotor_speed"), ALONG)
+    slow = rest.roots((1.0, 0.0))[0]
+    assert abs(slow.imag) == pytest.approx(np.sqrt(0.05 / (0.7475 * 0.3)), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("rpm", "root"), [(0.0, 2.40j), (100.0, -0.100 + 1.91j), (200.0, -0.087 + 1.33j), (1000.0, -0.007 + 0.32j)]
+)
+def test_wheel_pairs_roots_are_the_published_ones(rpm: float, root: complex) -> None:
+    """PHYSICS section 2, to its last digit; the lateral ones are -10.91 and -0.72 at any spin."""
+    found = pair().roots((rpm * RPM, *pair().q0[1:]))
+    for wanted in (root, -10.91, -0.72):
+        assert np.abs(found - wanted).min() < 0.007
+
+
+# ---- gradients
+
+
+@pytest.mark.parametrize("release", [pair_release, set_b_release])
+def test_derivatives_of_the_matrix_equal_differences(release: Callable[[], Release]) -> None:
+    """Central differences of 1e-4 of each parameter: 1e-6 of the largest element."""
+    rest = release().rest
+    for k, (q, exact) in enumerate(zip(rest.q0, rest.derivatives(rest.q0), strict=True)):
+        h = 1e-4 * q * np.eye(len(rest.q0))[k]
+        difference = (rest.matrix(rest.q0 + h) - rest.matrix(rest.q0 - h)) / (2e-4 * q)
+        assert np.abs(difference - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def logarithmic(f: Callable[[np.ndarray], float], q: np.ndarray, part: float = 1e-3) -> np.ndarray:
+    """q df/dq by differences of fourth order."""
+    result = []
+    for row in np.eye(q.size):
+        at = [f(q * np.exp(n * part * row)) for n in (-2, -1, 1, 2)]
+        result.append((at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * part))
+    return np.array(result)
+
+
+@pytest.mark.parametrize("release", [pair_release, set_b_release])
+def test_gradient_of_the_cost_equals_differences(release: Callable[[], Release]) -> None:
+    """1e-6: what cancels in the differences of a cost known to some 1e-10."""
+    r = release()
+    J, by_q, by_s = r.gradient(r.rest.q0)
+    assert pytest.approx(r.cost(r.rest.q0), rel=1e-12) == J
+    np.testing.assert_allclose(by_q * r.rest.q0, logarithmic(r.cost, r.rest.q0), rtol=1e-5, atol=1e-6 * J)
+    step = 1e-4
+    assert by_s == pytest.approx((r.gradient(r.rest.q0, step)[0] - r.gradient(r.rest.q0, -step)[0]) / (2 * step), rel=1e-5)
+
+
+@pytest.mark.parametrize("release", [pair_release, set_b_release])
+def test_gradient_of_the_smoothed_growth_equals_differences(release: Callable[[], Release]) -> None:
+    r = release()
+    level = 100.0 * r.cost(r.rest.q0)
+    s, slope = r.smoothed_growth(r.rest.q0, level)
+    found = logarithmic(lambda q: r.smoothed_growth(q, level)[0], r.rest.q0)
+    np.testing.assert_allclose(slope * r.rest.q0, found, rtol=1e-5, atol=1e-5 * abs(s))
+
+
+def test_a_roots_derivative_equals_differences() -> None:
+    rest = set_b_release().rest
+    root, vector, slope = rest.mode(rest.q0, rest.roots(rest.q0)[0])
+    np.testing.assert_allclose(rest.matrix(rest.q0) @ vector, root * vector, atol=1e-8)
+    for part in (np.real, np.imag):
+        found = logarithmic(lambda q, part=part: float(part(rest.mode(q, root)[0])), rest.q0)
+        np.testing.assert_allclose(part(slope * rest.q0), found, rtol=1e-5, atol=1e-6)
+
+
+def test_smoothed_growth_comes_down_on_the_slowest_root() -> None:
+    r = set_b_release()
+    growth = r.rest.growth(r.rest.q0)
+    s = [r.smoothed_growth(r.rest.q0, level)[0] for level in (1e2, 1e3, 1e4, 1e5)]
+    assert s == sorted(s, reverse=True)
+    assert growth < s[-1] < growth + 1e-3
+
+
+# ---- cost of a release
+
+
+@pytest.mark.parametrize("until", [3.0, 12.0])
+def test_cost_is_that_of_the_released_wheel_pair(until: float) -> None:
+    """Simpson's rule over the exact solution every 20 ms: its error is h^4 / 180 of the fourth derivative, some 1e-6."""
+    q = (100.0 * RPM, *pair().q0[1:])
+    plan = system("wheel-pair").with_value("gyro.rotor_speed", "100rpm").with_value("vehicle.lateral_displacement", 0.0)
+    t = np.linspace(0.0, until, round(until / 0.02) + 1)
+    psi = Monolith(plan).solve(t)["vehicle.yaw_angle"] / 0.314
+    assert pair_release().cost(q, until=until) == pytest.approx(simpson(psi**2, x=t), rel=1e-5)
+
+
+def test_what_never_comes_to_rest_costs_without_end() -> None:
+    r = pair_release()
+    still = np.array([0.0, *pair().q0[1:]])
+    assert r.cost(still) == np.inf
+    assert np.isfinite(r.cost(still, until=5.0))
+    J, by_q, _ = r.gradient(still)
+    assert np.isinf(J)
+    assert np.isnan(by_q).all()
+
+
+def test_release_refuses_what_it_cannot_measure() -> None:
+    with pytest.raises(ValueError, match=r"scale of 'vehicle.yaw_angle' must be positive, got 0"):
+        Release(pair(), [], {"vehicle.yaw_angle": 0.0})
+    with pytest.raises(ValueError, match=r"state at rest: 'vehicle.yaw'"):
+        Release(pair(), [{"vehicle.yaw": 1.0}], {})
+    with pytest.raises(ValueError, match="`level` must be positive, got 0 s"):
+        pair_release().smoothed_growth(pair().q0, 0.0)
+
+
+def test_optimum_refuses_bounds_that_make_no_sense() -> None:
+    good = np.array([0.5, 2.0]) * pair().q0[:, None]
+    for row, values, words in (
+        (0, (2.0, 1.0), "'gyro.rotor_speed' must be positive, finite and in rising order, got 2 and 1"),
+        (3, (0.1, 0.2), "'gyro.spring_arm' must begin within its bounds of 0.1 and 0.2, got 1"),
+    ):
+        bounds = good.copy()
+        bounds[row] = values
+        with pytest.raises(ValueError, match=words):
+            optimum(pair_release(), bounds)
+    with pytest.raises(ValueError, match=r"`bounds` must hold lowest and highest value of each of .*, got shape \(4, 1\)"):
+        optimum(pair_release(), good[:, :1])
+    with pytest.raises(ValueError, match="`starts` must be at least 1, got 0"):
+        optimum(pair_release(), good, starts=0)
+
+
+def test_optimum_is_a_minimum_inside_and_points_outwards_on_a_bound() -> None:
+    """The conditions of Karush, Kuhn and Tucker, to 1e-4 of the cost per e-fold of a parameter."""
+    bounds = np.array([(1.0 * RPM, 1000.0 * RPM), (0.0045, 0.018), (6.3e-4, 25.2e-4), (0.03, 1.0)])
+    best = optimum(pair_release(), bounds, starts=2)
+    assert best.found[0] == pytest.approx(best.found[1], abs=1e-6)
+    assert best.at_bound == ("gyro.gimbal_stiffness lowest", "gyro.gimbal_damping highest")
+    J, by_q, _ = pair_release().gradient(best.q)
+    slope = by_q * best.q / J
+    assert slope[[0, 3]] == pytest.approx([0.0, 0.0], abs=1e-4)
+    assert slope[1] > 0.0 > slope[2]
+
+
+# ---- roots seen in time
+
+
+@pytest.mark.parametrize("root", [-0.3 + 5.0j, 0.2 + 5.0j, -1e-6 + 0.3j])
+def test_measured_root_is_the_signals(root: complex) -> None:
+    t = np.arange(0.0, 40.0, 0.01)
+    found = measured_root(t, ((0.3 - 0.7j) * np.exp(root * t)).real)
+    assert found == pytest.approx(root, abs=1e-9)
+
+
+def test_measured_root_refuses_what_it_cannot_read() -> None:
+    t = np.arange(0.0, 4.0, 0.01)
+    with pytest.raises(ValueError, match="`y` must change its sign at least three times, it does 0 times"):
+        measured_root(t, np.exp(-t))
+    with pytest.raises(ValueError, match="`t` must be evenly spaced"):
+        measured_root(t**2, np.sin(t))
+
+
+def test_paths_are_continuous_and_cross_without_changing_hands() -> None:
+    """Halving the step along the speed halves the largest jump of a slow root."""
+    jumps = []
+    for n in (100, 200, 400):
+        paths = over_speed_and_spin("B").paths(np.column_stack([np.linspace(5.0, 30.0, n), np.full(n, 2000.0 * RPM)]))
+        jumps.append(np.abs(np.diff(paths[:, np.abs(paths).max(axis=0) < 5.0], axis=0)).max())
+    assert jumps[1] < 0.75 * jumps[0]
+    assert jumps[2] < 0.75 * jumps[1]
+
+
+# ---- the scripts
+
+
+@pytest.fixture(scope="module")
+def short(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, Any]]:
+    """short(name): the summary that `python studies/name.py --short` writes; each is run once."""
+    folder = tmp_path_factory.mktemp("studies")
+    done: dict[str, dict[str, Any]] = {}
+
+    def run(name: str) -> dict[str, Any]:
+        if name not in done:
+            with pytest.MonkeyPatch.context() as patch:
+                patch.chdir(folder)
+                patch.setattr(sys, "argv", [str(ROOT / "studies" / f"{name}.py"), "--short"])
+                runpy.run_path(sys.argv[0], run_name="__main__")
+            assert (folder / "results" / "studies" / "short" / f"{name}.png").stat().st_size > 10_000
+            done[name] = json.loads((folder / "results" / "studies" / "short" / f"{name}.json").read_text())
+        return done[name]
+
+    return run
+
+
+NOT_COMPARED = (
+    "furthest_from_rest",  # rounding; checked above
+    "evaluations",  # what the optimiser does on its way may differ in the last bit
+    "criteria",  # the cost is compared
+)
+
+
+def compare(found: Any, stored: Any, where: str) -> None:
+    """The same structure; numbers to 1e-4, what a flat optimum makes of rounding, or 1e-8 where they are tiny."""
+    if isinstance(stored, dict):
+        assert set(found) == set(stored), where
+        for key in set(stored) - set(NOT_COMPARED):
+            compare(found[key], stored[key], f"{where}.{key}")
+    elif isinstance(stored, list):
+        assert len(found) == len(stored), where
+        for i, (a, b) in enumerate(zip(found, stored, strict=True)):
+            compare(a, b, f"{where}[{i}]")
+    elif isinstance(stored, float):
+        assert found == pytest.approx(stored, rel=1e-4, abs=1e-8), where
+    else:
+        assert found == stored, where
+
+
+@pytest.mark.parametrize("name", ["root_locus", "stability_map", "critical_speed", "optimum"])
+def test_study_meets_its_norms(name: str, short: Callable[[str], dict[str, Any]]) -> None:
+    stored = json.loads((ROOT / "tests" / "norms" / f"{name}.json").read_text())
+    assert stored.pop("command") == f"python studies/{name}.py --short"
+    found = short(name)
+    compare({key: value for key, value in found.items() if key != "command"}, stored, name)
+
+
+def test_runs_in_time_decay_and_grow_as_the_eigenvalue_says(short: Callable[[str], dict[str, Any]]) -> None:
+    """Without spin to rounding; with it the coupling at 1 ms moves the root by 3e-6 / s."""
+    checks = short("critical_speed")["sprung wheelset"]["in_time"]
+    assert [np.sign(c["growth"]) for c in checks] == [-1.0, 1.0, -1.0, 1.0]
+    for c in checks:
+        assert c["measured"] == pytest.approx(c["growth"], abs=1e-5 if c["rpm"] else 1e-9)
+        assert c["measured_frequency"] == pytest.approx(c["frequency"], abs=1e-4 if c["rpm"] else 1e-8)
+
+
+def test_cost_by_co_simulation_is_the_cost_by_the_monolith(short: Callable[[str], dict[str, Any]]) -> None:
+    """Wheel pair: 1e-6, the error of the coupling at 1 ms with inputs of degree 2. Vehicle: 2e-5, since its rest state is exact
+    to 6e-12 m of motions of 1e-5 m, and these are not quite linear."""
+    for name, tolerance in (("wheel pair", 1e-6), ("set B", 2e-5)):
+        for design in ("default", "optimum"):
+            entry = short("optimum")[name][design]
+            assert entry["cost_of_run"] == pytest.approx(entry["cost_by_monolith"], rel=tolerance)
+
+
+def test_optimum_is_better_than_default_and_than_every_point_of_the_grid(short: Callable[[str], dict[str, Any]]) -> None:
+    found = short("optimum")
+    for name in ("wheel pair", "set B"):
+        assert found[name]["optimum"]["cost"] < found[name]["default"]["cost"] / 2
+    assert found["wheel pair"]["optimum"]["cost"] < found["wheel pair"]["brute_force"]["cost"]
+    assert found["set A"]["optimum"]["growth"] > 0.0  # nothing within the bounds stabilises it
