@@ -80,7 +80,7 @@ def test_compensation_enlarges_the_admissible_delay(name: str, stable: float, ke
 
 
 def test_the_margin_falls_with_the_spin() -> None:
-    found = delay_map(SETTING, "gyro.rotor_speed", np.array([20.0, 30.0, 40.0]), np.array([0.02, 0.01]))
+    found = delay_map(SETTING, "gyro.rotor_speed", np.array([20.0, 30.0, 40.0]), np.array([0.02, 0.01]), "rad/s")
     assert (np.diff(found.delay, axis=1) < 0).all()
     assert np.abs(found.delay[0] / found.delay[1] - 1).max() < 0.2  # the macro step itself costs little here
 
@@ -184,7 +184,7 @@ DELAY = ("delay", "wheel-pair", "--set", "gyro.rotor_speed=300rpm", "--step", "2
 
 def test_the_command_tells_and_draws(cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:
     code, out, err = cosim(
-        *DELAY, "--compensate", "none,linear+passivity", "--map", "gyro.rotor_speed=20:60:3", "--plot", "m.png"
+        *DELAY, "--compensate", "none,linear+passivity", "--map", "gyro.rotor_speed=200rpm:600rpm:3", "--plot", "m.png"
     )
     assert (code, err) == (0, "")
     for words in ("stable, eigenvalues", "none", "linear+passivity", "wrote m.png"):
@@ -203,6 +203,7 @@ def test_the_command_tells_and_draws(cosim: Callable[..., Any], cosim_json: Call
         (("--longest", "1ms"), "the longest delay must be at least the macro step of 0.02 s, got 0.001 s"),
         (("--map", "gyro.rotor_speed=1:2:3"), "--map and --plot go together"),
         (("--map", "gyro.rotor_speed=1:2", "--plot", "m.png"), "--map must be COMPONENT.PARAMETER=LOW:HIGH:N"),
+        (("--map", "gyro.rotor_sped=1:2:3", "--plot", "m.png"), "did you mean 'rotor_speed'?"),
         (("--gyro", "hil"), "component 'gyro' must have no sampled part, gyro_unit:hil has one"),
         (("--component", "vehicle"), "system 'wheel-pair' must have power bonds with 'vehicle'"),
     ],

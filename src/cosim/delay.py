@@ -209,10 +209,11 @@ def delayed_network(setting: Setting, delay: float) -> Network:
 class DelayMap:
     """Largest stable delay (s), shape (len(steps), len(values)), over macro step (s) and a parameter; NaN: none is stable.
 
-    parameter : `component.parameter` with `values` in its unit.
+    parameter : `component.parameter` with `values` in its unit, `unit`.
     """
 
     parameter: str
+    unit: str
     values: np.ndarray
     steps: np.ndarray
     delay: np.ndarray
@@ -220,9 +221,9 @@ class DelayMap:
 
 
 def delay_map(
-    setting: Setting, parameter: str, values: np.ndarray, steps: np.ndarray, progress: Progress | None = None
+    setting: Setting, parameter: str, values: np.ndarray, steps: np.ndarray, unit: str, progress: Progress | None = None
 ) -> DelayMap:
-    """by_eigenvalues() over a grid."""
+    """by_eigenvalues() over a grid of a parameter, in its `unit`, and macro steps (s)."""
     found = np.full((steps.size, values.size), np.nan)
     for j, value in enumerate(values):
         plan = setting.system.with_value(parameter, float(value))
@@ -232,4 +233,4 @@ def delay_map(
             found[i, j] = np.nan if margin.delay is None else margin.delay
             if progress is not None:
                 progress(j * steps.size + i + 1, found.size)
-    return DelayMap(parameter, values, steps, found, setting.longest)
+    return DelayMap(parameter, unit, values, steps, found, setting.longest)

@@ -33,6 +33,11 @@ def figure(
     return made, axes
 
 
+def with_unit(name: str, unit: str) -> str:
+    """A label for an axis; a pure number has no unit."""
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
 def save(made: "Figure", file: str | Path) -> Path:
     """Write the figure in the format that the file's ending names."""
     file = Path(file)

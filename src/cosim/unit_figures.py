@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cosim.compare import Candidate, Comparison
-from cosim.figures import COLOURS, figure
+from cosim.figures import COLOURS, figure, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -97,7 +97,7 @@ def delay_margins(result: "DelayMap", title: str) -> "Figure":
                     label=f"macro step {step * 1e3:g} ms")  # fmt: skip
     ax.axhline(result.longest * 1e3, color="0.3", linewidth=0.8, linestyle=":")
     ax.annotate("longest looked at", (result.values[-1], result.longest * 1e3), ha="right", va="bottom", fontsize=8, color="0.4")
-    ax.set_xlabel(result.parameter)
+    ax.set_xlabel(with_unit(result.parameter, result.unit))
     ax.set_ylabel("largest stable delay [ms]")
     ax.set_title(title, fontsize=10)
     ax.legend(fontsize=8)

@@ -11,6 +11,7 @@ from cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say,
 from cosim.compensation import COMPENSATORS
 from cosim.coupling import ALGORITHMS, algorithm
 from cosim.delay import Margin, Remedy, Setting
+from cosim.system import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
 
@@ -54,6 +55,7 @@ def command(
     )  # fmt: skip
     limits = five_percent(plan, family) if tolerances is None else tolerance.read(tolerances)
     remedies = [remedy(name.strip()) for name in compensate.split(",")]
+    grid = None if across is None else _range(plan, across)
     rows: list[dict[str, Any]] = []
     for chosen in remedies:
         s = replace(setting, remedy=chosen)
@@ -68,15 +70,15 @@ def command(
         f"degree {order}, runs to {setting.stop:g} s",
         _table(rows, setting),
     ]
-    if across is not None and plot is not None:
+    if grid is not None and plot is not None:
         import numpy as np
 
         from cosim import unit_figures
 
-        name, values = _range(across)
+        name, values, unit = grid
         steps = np.array([setting.step / 2**k for k in range(4)])
         with progress("map") as show:
-            drawn = delay_map(replace(setting, remedy=remedies[0]), name, values, steps, show)
+            drawn = delay_map(replace(setting, remedy=remedies[0]), name, values, steps, unit, show)
         figures.save(unit_figures.delay_margins(drawn, plan.name), plot)
         words.append(f"wrote {plot}")
 
@@ -111,16 +113,21 @@ def remedy(name: str) -> Remedy:
     return made
 
 
-def _range(text: str) -> tuple[str, Any]:
-    """The parameter and the values that LOW:HIGH:N means."""
+def _range(plan: System, text: str) -> tuple[str, Any, str]:
+    """The parameter, the values that LOW:HIGH:N or A,B,... mean in its unit, and that unit."""
     import numpy as np
 
-    name, _, bounds = text.partition("=")
-    try:
-        low, high, n = bounds.split(":")
-        return name, np.linspace(float(low), float(high), int(n))
-    except ValueError:
-        raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N in the parameter's unit, got {text!r}") from None
+    from cosim.sweep.axes import Listed, parse
+    from cosim.sweep.inquiry import Inquiry
+
+    name, equals, words = text.partition("=")
+    if not equals:
+        raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
+    with Inquiry(plan, {}) as asked:
+        axis = parse(name, words, lambda word: asked.value(name, word))
+        if not isinstance(axis, Listed) or any(isinstance(value, str) for value in axis.values):
+            raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
+        return name, np.array(axis.values, dtype=float), asked.units[name]
 
 
 def _table(rows: list[dict[str, Any]], setting: Setting) -> Table:

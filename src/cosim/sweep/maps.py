@@ -167,7 +167,7 @@ def _label(table: Table, name: str) -> str:
     for ending, meaning in words.items():
         if name.endswith(ending):
             name = name.removesuffix(ending) + meaning
-    return f"{name} [{unit}]" if unit not in ("", "1") else name
+    return figures.with_unit(name, unit)
 
 
 def _title(table: Table) -> str:
