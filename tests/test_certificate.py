@@ -1,10 +1,14 @@
 """The certificate: its error estimate against true errors, its stability margin against runs, on FMUs and in process."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import oscillators
 import pytest
 
-from cosim import GaussSeidel, Iterated, Jacobi, System, system
+from cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
 from cosim.certificate import certify, margin, spectral_radius
 from cosim.coupling import Algorithm
 from cosim.linear import linearised
@@ -99,3 +103,20 @@ def test_a_component_without_derivatives_has_no_margin_but_a_certificate() -> No
     with open_network(plan, in_process=True) as network:
         result = run(network, Jacobi(1), 1e-2, 0.1)
         assert certify(network, result, 0.1).stability is None
+
+
+def test_a_run_that_cannot_be_certified_is_kept(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cosim: Callable[..., Any]
+) -> None:
+    """An FMU with a fixed step of its own refuses the shorter steps of the estimate."""
+    from cosim import certificate
+
+    def refused(*_: Any, **__: Any) -> None:
+        raise SlaveError("gyro", 0.0, 5e-4, "its own step is fixed to 0.001 s")
+
+    monkeypatch.setattr(certificate, "certify", refused)
+    code, out, err = cosim("run", "wheel-pair", "--in-process", "--stop", "0.1", "--certify", "--output", "kept.csv")
+    assert (code, err.count("\n")) == (1, 1)
+    assert "no certificate: over shorter steps component 'gyro' failed" in err
+    assert "100 macro steps of 1 ms to t = 0.1 s" in out
+    assert len((tmp_path / "kept.csv").read_text().splitlines()) == 102

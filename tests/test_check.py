@@ -176,6 +176,12 @@ def test_faults_of_the_binary_are_named_and_do_no_harm(changed: Callable[..., Pa
     assert rule in rules(check(changed("3" if "adjoint" in case else "2", c=tuple(mutation))))
 
 
+def test_an_fmu_that_steps_on_a_grid_of_its_own_is_no_fault(changed: Callable[..., Path]) -> None:
+    """Foreign FMUs often have a fixed internal step, and do not move over a shorter one."""
+    coarse = ("fmi2.c", "    Status status = do_step(", "    if (h < 1e-4) return fmi2OK;\n    Status status = do_step(")
+    assert check(changed("2", c=coarse)) == []
+
+
 def test_a_binary_that_hangs_is_stopped(changed: Callable[..., Path]) -> None:
     loop = "for (volatile int i = 0; ; i++) {} to_initialized(m);"
     faults = check(changed("2", c=("fmi2.c", "to_initialized(m);", loop)), timeout=1.0)

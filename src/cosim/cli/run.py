@@ -100,7 +100,7 @@ def command(
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate)  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun, priority, adaptive) if realtime else None
     failure: RunError | None = None
-    certificate = None
+    certificate, uncertified = None, ""
     with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
         if loops == "refuse":
             network.refuse_loops()
@@ -126,7 +126,10 @@ def command(
             from cosim.certificate import certify as certify_run
 
             with progress("certifying") as show:
-                certificate = certify_run(network, run, end, progress=show)
+                try:
+                    certificate = certify_run(network, run, end, progress=show)
+                except RunError as error:  # the run itself stands
+                    uncertified = f"no certificate: over shorter steps {error}"
     written = _write(run, None if streamed else output, plot)
     written = [output, *written] if streamed and output is not None else written
     if failure is not None:
@@ -141,7 +144,9 @@ def command(
         told["realtime"] = pacer.report().document()
         words.append(pacer.report().words())
     say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
-    return 0 if run.status in ("done", "ended") else 1
+    if uncertified:
+        console().print(f"cosim: {uncertified}", markup=False, soft_wrap=True)
+    return 0 if run.status in ("done", "ended") and not uncertified else 1
 
 
 def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:
