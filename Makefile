@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper clean
+.PHONY: run test test-all check bench paper studies clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -34,6 +34,9 @@ bench: $(DEVELOP)
 
 paper: $(READY)
 	$(BIN)/cosim paper
+
+studies: $(READY)
+	@for study in studies/*.py; do echo "$$study"; $(BIN)/python "$$study" || exit 1; done
 
 clean:
 	rm -rf .venv results

@@ -108,4 +108,7 @@ figures.save(made, FOLDER / "critical_speed.png")
 command = " ".join(["python studies/critical_speed.py", *sys.argv[1:]])
 (FOLDER / "critical_speed.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
-    print(f"{name}:", json.dumps(found))
+    print(f"{name}:", ", ".join(f"{spin} {v:.3f} m/s" for spin, v in found["critical_speeds"].items()))
+    print("    growth of the least damped root at 50 m/s [1/s]:", found["growth_at_50"])
+    for check in found["in_time"]:
+        print("    {rpm} rpm, {speed:.3f} m/s: eigenvalue {growth:.5g} 1/s, co-simulation {measured:.5g} 1/s".format(**check))

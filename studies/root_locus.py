@@ -7,6 +7,7 @@ has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,7 +28,7 @@ critical_spins = np.array([0.0, 500.0, 1000.0, 2000.0, 4000.0]) if SHORT else np
 SPEED, SPIN = 8.0, 2000.0  # m/s and rpm, where the other one is varied
 WINDOWS = {"A": ((-2.5, 9.0), (-2.5, 2.2), (-0.05, 1.1)), "B": ((-0.8, 0.1), (-0.8, 0.1), (-0.15, 3.4))}  # what the figure shows
 
-summary: dict[str, dict[str, object]] = {}
+summary: dict[str, dict[str, Any]] = {}
 made, axes = figures.figure(2, 3, (15.0, 9.0))
 for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     # ---- system: at rest on straight, even track, anywhere along it
@@ -98,4 +99,7 @@ figures.save(made, FOLDER / "root_locus.png")
 command = " ".join(["python studies/root_locus.py", *sys.argv[1:]])
 (FOLDER / "root_locus.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
-    print(f"set {name}:", json.dumps(found))
+    print(f"set {name}: least damped root at {SPEED:g} m/s [1/s]:", {n: round(g, 4) for n, g in found["growth_at_8"].items()})
+    print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in found["critical_speeds"].items()})
+    stable, unstable = found["never_unstable_rpm"], found["never_stable_rpm"]
+    print(f"    of {critical_spins.size} spins: {len(stable)} never unstable {stable[:1]}, {len(unstable)} never stable")

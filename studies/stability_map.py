@@ -90,4 +90,4 @@ figures.save(made, FOLDER / "stability_map.png")
 command = " ".join(["python studies/stability_map.py", *sys.argv[1:]])
 (FOLDER / "stability_map.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
 for name, found in summary.items():
-    print(f"set {name}:", json.dumps(found))
+    print(f"set {name}: " + "; ".join(f"{key.replace('_', ' ')} {value}" for key, value in found.items()))

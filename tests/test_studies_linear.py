@@ -166,6 +166,17 @@ def test_vehicle_on_solid_axles_runs_klingels_wave() -> None:
     assert abs(slow.imag) == pytest.approx(np.sqrt(0.05 / (0.7475 * 0.3)), rel=1e-3)
 
 
+def test_on_solid_axles_the_gyro_is_an_added_yaw_inertia() -> None:
+    """Klingel's wave at 1 m/s, 0.5 rad/s, is slow against k / c = 4.1 rad/s: the gyro lets it grow as H^2 / k on the frame would.
+    To 3 %: the quasi-static gimbal lags by omega c / k, the square of which is 1.5 %."""
+    plan = straight("A").with_source("vehicle", "lrt_solid_axle").with_value("vehicle.speed", 1.0)
+    H, k = 22.04 * 2000.0 * RPM, 2.04 * 86700.0 * 0.3**2
+    still, spinning = (AtRest(plan.with_value("gyro.rotor_speed", f"{rpm}rpm"), (), ALONG).growth(()) for rpm in (0, 2000))
+    heavy = plan.with_value("gyro.rotor_speed", 0.0).with_value("vehicle.frame_izz", 115.54 + H**2 / k)
+    assert spinning - still > 0.0
+    assert AtRest(heavy, (), ALONG).growth(()) - still == pytest.approx(spinning - still, rel=0.03)
+
+
 @pytest.mark.parametrize(
     ("rpm", "root"), [(0.0, 2.40j), (100.0, -0.100 + 1.91j), (200.0, -0.087 + 1.33j), (1000.0, -0.007 + 0.32j)]
 )
