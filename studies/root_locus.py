@@ -102,4 +102,5 @@ for name, found in summary.items():
     print(f"set {name}: least damped root at {SPEED:g} m/s [1/s]:", {n: round(g, 4) for n, g in found["growth_at_8"].items()})
     print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in found["critical_speeds"].items()})
     stable, unstable = found["never_unstable_rpm"], found["never_stable_rpm"]
-    print(f"    of {critical_spins.size} spins: {len(stable)} never unstable {stable[:1]}, {len(unstable)} never stable")
+    lowest = f", from {min(stable):g} rpm on" if stable else ""
+    print(f"    of {critical_spins.size} spins {len(stable)} never unstable{lowest}, {len(unstable)} never stable")

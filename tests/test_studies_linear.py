@@ -167,10 +167,11 @@ def test_vehicle_on_solid_axles_runs_klingels_wave() -> None:
 
 
 def test_on_solid_axles_the_gyro_is_an_added_yaw_inertia() -> None:
-    """Klingel's wave at 1 m/s, 0.5 rad/s, is slow against k / c = 4.1 rad/s: the gyro lets it grow as H^2 / k on the frame would.
-    To 3 %: the quasi-static gimbal lags by omega c / k, the square of which is 1.5 %."""
+    """Klingel's wave at 1 m/s, 0.5 rad/s, is slow against k / c = 4.1 rad/s: the gyro lets it grow as H^2 / k on the frame would,
+    1 / k of the gimbal's spring and of the four primary springs on which its moment pitches the frame.
+    To 3 %: the gimbal lags by omega c / k, the square of which is 1.5 %."""
     plan = straight("A").with_source("vehicle", "lrt_solid_axle").with_value("vehicle.speed", 1.0)
-    H, k = 22.04 * 2000.0 * RPM, 2.04 * 86700.0 * 0.3**2
+    H, k = 22.04 * 2000.0 * RPM, 1 / (1 / (2.04 * 86700.0 * 0.3**2) + 1 / (4 * 86700.0 * 0.5**2))
     still, spinning = (AtRest(plan.with_value("gyro.rotor_speed", f"{rpm}rpm"), (), ALONG).growth(()) for rpm in (0, 2000))
     heavy = plan.with_value("gyro.rotor_speed", 0.0).with_value("vehicle.frame_izz", 115.54 + H**2 / k)
     assert spinning - still > 0.0
