@@ -1,6 +1,9 @@
 """An FMU in a process of its own: the same numbers, and whatever it does ends as one line here, with nothing left behind."""
 
+import contextlib
 import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +16,7 @@ from small_fmus import FAULTS
 
 from cosim import Connection, Part, SlaveError, System, simulate, system
 from cosim.packing import pack
-from cosim.slaves import open_slave
+from cosim.slaves import open_slave, scratch
 from cosim.slaves.isolated import IsolatedSlave
 
 
@@ -111,3 +114,37 @@ def test_the_command_line_survives_a_crash_and_keeps_the_results(tmp_path: Path,
     assert "component 'bad' failed at t = 0.04 s over a step of 0.01 s: its process was ended by signal 11" in err
     assert "it broke at 0.04 s: oh no" in err
     assert len((tmp_path / "kept.csv").read_text().splitlines()) == 1 + 5  # header, t = 0 to 0.04 s
+
+
+def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes open an FMU; one is killed. Its folder goes when the next one opens an FMU, the living one's stays."""
+    code = "import sys, time; from cosim.slaves import open_slave; s = open_slave('s', sys.argv[1]); print(1, flush=True)"
+    code += "; time.sleep(60)"
+    place, file = tmp_path / "place", str(small_fmus.mixed(tmp_path))
+    place.mkdir()
+    stranger, unlocked = place / "cosim-stranger", place / "other"
+    stranger.mkdir()  # no lock in it: nobody knows whose it is
+    unlocked.mkdir()
+    (unlocked / scratch.LOCK).touch()  # not called as ours are
+    folders = []
+    with contextlib.ExitStack() as stack:
+        for _ in range(2):
+            process = stack.enter_context(
+                subprocess.Popen(
+                    [sys.executable, "-c", code, file], stdout=subprocess.PIPE, env={**os.environ, "TMPDIR": str(place)}
+                )
+            )
+            stack.callback(process.kill)
+            assert process.stdout is not None
+            assert process.stdout.readline()
+            folders.append(next(p for p in place.glob("cosim-*") if p not in (*folders, stranger)))
+            if len(folders) == 1:
+                process.kill()
+                process.wait()
+                assert folders[0].is_dir()
+        assert not folders[0].exists()
+        monkeypatch.setattr(tempfile, "tempdir", str(place))
+        slave = open_slave("s", file)
+        assert folders[1].is_dir()
+        slave.close()
+        assert sorted(place.iterdir()) == sorted([folders[1], stranger, unlocked])

@@ -3,14 +3,14 @@
 import json
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 import zipfile
 from pathlib import Path
 from typing import Any
 
 from cosim.check.archive import Found
+from cosim.slaves import child
+from cosim.slaves.scratch import ScratchFolder
 
 PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
 
@@ -25,13 +25,13 @@ def faults(path: Path, model: Any, timeout: float) -> Found:
     with zipfile.ZipFile(path) as archive:
         if library not in archive.namelist():
             return [("binary", f"{library!r} is not there: the FMU cannot be run on this machine, only its files were checked")]
-        with tempfile.TemporaryDirectory(prefix="fmu-check-", ignore_cleanup_errors=True) as scratch:
-            unpacked = Path(scratch, "fmu")
+        with ScratchFolder() as scratch:
+            unpacked = scratch / "fmu"
             archive.extractall(unpacked)
             found: Found = []
             waiting = list(PROBES)
             while waiting:
-                ran, more, ending = _run(unpacked, waiting, timeout, Path(scratch))
+                ran, more, ending = _run(unpacked, waiting, timeout, scratch)
                 found += more
                 if ending:
                     found.append((ran[-1] if ran else "instance", ending))
@@ -41,12 +41,12 @@ def faults(path: Path, model: Any, timeout: float) -> Found:
     return found
 
 
-def _wait(child: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
+def _wait(run: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
     """Wait for the child as long as a new probe begins or a fault is told at least every `timeout` (s); how it failed to."""
     seen, since = 0, time.monotonic()
     while True:
         try:
-            child.wait(0.2)
+            run.wait(0.2)
             return ""
         except subprocess.TimeoutExpired:
             size = report.stat().st_size
@@ -60,22 +60,21 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
     """(probes begun, what they found, how the child ended if not well)."""
     report = scratch / "report"
     report.write_bytes(b"")
-    command = [sys.executable, "-m", "cosim.check.probes", str(folder), str(report), *probes]
     with (scratch / "said").open("wb") as said:
-        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, cwd=scratch)
+        run = child.start("cosim.check.probes", (str(folder), str(report), *probes), words=said, folder=scratch)
         try:
-            ending = _wait(child, report, timeout)
+            ending = _wait(run, report, timeout)
         finally:
-            if child.poll() is None:
-                child.kill()
-            child.wait()
-    if not ending and child.returncode < 0:
-        number = -child.returncode
+            if run.poll() is None:
+                run.kill()
+            run.wait()
+    if not ending and run.returncode < 0:
+        number = -run.returncode
         name = signal.Signals(number).name if number in {s.value for s in signal.Signals} else str(number)
         ending = f"the binary crashes ({name})"
-    elif not ending and child.returncode != 0:
+    elif not ending and run.returncode != 0:
         tail = (scratch / "said").read_bytes()[-2000:].decode(errors="replace").strip().splitlines()
-        ending = f"the process that runs the binary ends with code {child.returncode}" + (f": {tail[-1]}" if tail else "")
+        ending = f"the process that runs the binary ends with code {run.returncode}" + (f": {tail[-1]}" if tail else "")
     begun: list[str] = []
     found: Found = []
     finished = False

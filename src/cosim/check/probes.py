@@ -1,4 +1,4 @@
-"""The program inside the child process: python -m cosim.check.probes FOLDER REPORT PROBE..."""
+"""The program inside the child process: python -m cosim.check.probes FOLDER REPORT PROBE... PARENT"""
 
 import json
 import sys
@@ -8,6 +8,7 @@ from pathlib import Path
 from cosim.check import behaviour, numerics
 from cosim.check.bench import Bench
 from cosim.check.subject import Refused
+from cosim.slaves import child
 
 PROBES = {
     probe.__name__: probe
@@ -36,4 +37,5 @@ def main(folder: str, report: str, names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], sys.argv[3:])
+    if child.belongs():
+        main(sys.argv[1], sys.argv[2], sys.argv[3:-1])

@@ -5,32 +5,28 @@ and logs goes to an unnamed file, from which its last words are read. Linux and 
 """
 
 import contextlib
-import ctypes
 import os
 import pickle
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import weakref
 from collections.abc import Mapping
 from multiprocessing.connection import Connection, Pipe
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from cosim.errors import EndRequest, SlaveError
+from cosim.slaves import child
 from cosim.slaves.base import Slave, Value
+from cosim.slaves.scratch import ScratchFolder
 
 PATIENCE = 60.0  # s that one call may take
-FAREWELL = 2.0  # s that a child has to close before it is killed
 _DESCRIPTION = (
     "inputs", "outputs", "settable", "excluded", "feedthrough", "initial_feedthrough", "input_degree", "can_restore",
     "can_serialize",
 )  # fmt: skip
-_DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
 
 
 class IsolatedSlave(Slave):
@@ -40,17 +36,11 @@ class IsolatedSlave(Slave):
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience = name, patience
-        self._folder = Path(tempfile.mkdtemp(prefix="cosim-"))  # the child's temporary files: it may not live to remove them
-        self._remove_folder = weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)  # at exit at the latest
+        self._scratch = ScratchFolder()  # the child's temporary files: it may not live to remove them
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
         self._connection, theirs = Pipe()
-        command = [sys.executable, "-m", __name__, str(theirs.fileno()), str(os.getpid())]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "TMPDIR": str(self._folder)}
         try:
-            self._process = subprocess.Popen(
-                command, env=environment, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=self._words,
-                stderr=subprocess.STDOUT,
-            )  # fmt: skip
+            self._process = child.start(__name__, (), descriptor=theirs.fileno(), words=self._words, temporary=self._scratch.path)
         except BaseException:
             self._remove()
             raise
@@ -73,7 +63,7 @@ class IsolatedSlave(Slave):
             kind, answer, self.events = self._connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(FAREWELL)
+                self._process.wait(child.FAREWELL)
             raise SlaveError(self.name, t, h, f"its process {self._fate()} in {what}", self._last_words()) from None
         if kind == "slave":
             raise SlaveError(self.name, *answer)
@@ -139,17 +129,13 @@ class IsolatedSlave(Slave):
         if self._process.poll() is None:
             with contextlib.suppress(OSError):
                 self._connection.send(("close", ()))
-            try:
-                self._process.wait(FAREWELL)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-        self._process.wait()
+        child.end(self._process)
         self._remove()
 
     def _remove(self) -> None:
         self._connection.close()
         self._words.close()
-        self._remove_folder()
+        self._scratch.remove()
 
 
 def serve(connection: Connection) -> None:
@@ -197,12 +183,8 @@ def serve(connection: Connection) -> None:
 
 def main() -> None:
     """Arguments: the number of the socket, the parent's process id."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-    if os.getppid() != int(sys.argv[2]):
-        return  # it was gone before that took effect
-    serve(Connection(int(sys.argv[1])))
+    if child.belongs():
+        serve(Connection(int(sys.argv[1])))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,13 @@
 """An FMU unpacked and loaded once, for all slaves of a network that run the same file."""
 
 import ctypes
-import shutil
-import tempfile
-import weakref
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 from cosim import archive, catalogue
 from cosim.slaves.description import MEMBER, Description, read
 from cosim.slaves.library import Library, Log, formatting_proxy
+from cosim.slaves.scratch import ScratchFolder
 from cosim.slaves.variables import Interface, interface
 
 LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
@@ -35,8 +32,8 @@ class OpenedFmu:
         self.location, self.users = location, 0
         self.description: Description = read(location)
         self.logs: dict[int, Log] = {}
-        self.folder = Path(tempfile.mkdtemp(prefix="cosim-"))
-        self._remove = weakref.finalize(self, shutil.rmtree, self.folder, ignore_errors=True)  # at exit at the latest
+        self._scratch = ScratchFolder()
+        self.folder = self._scratch.path
         self._formatted: Any = None
         self._kept: list[Any] = []
         try:
@@ -45,7 +42,7 @@ class OpenedFmu:
             identifier = self.description.interfaces["CoSimulation"]["modelIdentifier"]
             self.library = Library(self.folder, self.description.version, identifier, f"FMU {location!r}")
         except BaseException:
-            self._remove()
+            self._scratch.remove()
             raise
 
     @cached_property
@@ -68,7 +65,7 @@ class OpenedFmu:
         self.users -= 1
         if self.users == 0:
             self.library.close()
-            self._remove()
+            self._scratch.remove()
 
     def logger_2(self) -> Any:
         """The address of an FMI 2.0 logger that formats messages and hands them to the slave that listens."""

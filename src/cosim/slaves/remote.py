@@ -15,11 +15,9 @@ is not waited for; what comes of it is asked with the outputs, so a macro step c
 """
 
 import json
-import os
 import socket
 import struct
 import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -30,12 +28,12 @@ import numpy as np
 from component.units import quantity
 from cosim.catalogue import unknown
 from cosim.errors import SlaveError
+from cosim.slaves import child
 from cosim.slaves.base import Signal, Slave, StateSpace, Value
 from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
 
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take
-FAREWELL = 2.0  # s that a child has to leave before it is killed
 
 
 @dataclass(frozen=True)
@@ -108,10 +106,8 @@ class RemoteSlave(Slave):
 
     def _started(self, source: str) -> Link:
         here, there = socket.socketpair()
-        command = [sys.executable, "-m", "cosim.slaves.serving", source, str(there.fileno()), str(os.getpid())]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         with there:
-            self._child = subprocess.Popen(command, pass_fds=[there.fileno()], stdin=subprocess.DEVNULL, env=environment)
+            self._child = child.start("cosim.slaves.serving", (source,), descriptor=there.fileno())
         return Link(here)
 
     def _introduce(self, told: Mapping[str, Any]) -> None:
@@ -242,8 +238,4 @@ class RemoteSlave(Slave):
         finally:
             self._link.close()
         if self._child is not None:
-            try:
-                self._child.wait(FAREWELL)
-            except subprocess.TimeoutExpired:
-                self._child.kill()
-                self._child.wait()
+            child.end(self._child)

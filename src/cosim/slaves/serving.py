@@ -1,9 +1,6 @@
 """The other end: offers a slave to a master over a stream, until that one leaves. See cosim.slaves.wire for the frames."""
 
-import ctypes
 import json
-import os
-import signal
 import socket
 import struct
 import sys
@@ -11,12 +8,11 @@ from dataclasses import fields
 from typing import Any
 
 from cosim.errors import RunError
-from cosim.slaves import open_slave
+from cosim.slaves import child, open_slave
 from cosim.slaves.base import Signal, Slave
 from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
 
 CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
-_DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
 
 
 def carried(signal_: Signal) -> dict[str, Any]:
@@ -102,13 +98,8 @@ def listen(slave: Slave, address: tuple[str, int], *, once: bool = False, ready:
                 return
 
 
-def main(source: str, descriptor: int, parent: int) -> None:
-    """The child of cosim.slaves.remote: serves on an inherited socket and leaves with its parent."""
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
-        if os.getppid() != parent:
-            return
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the master decides what Ctrl-C means
+def main(source: str, descriptor: int) -> None:
+    """The child of cosim.slaves.remote: serves on an inherited socket."""
     link = Link(socket.socket(fileno=descriptor))
     try:
         slave = open_slave("unit", source, in_process=True)
@@ -123,4 +114,5 @@ def main(source: str, descriptor: int, parent: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))
+    if child.belongs():
+        main(sys.argv[1], int(sys.argv[2]))

@@ -1,0 +1,49 @@
+"""Child processes that run a module of this package: started alike, and none outlives its parent."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+FAREWELL = 2.0  # s that a child has to leave before it is killed
+_DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
+
+
+def start(
+    module: str, arguments: Sequence[str], *, descriptor: int | None = None, words: IO[bytes] | None = None,
+    folder: Path | None = None, temporary: Path | None = None,
+) -> "subprocess.Popen[bytes]":  # fmt: skip
+    """Run `python -m MODULE ARGUMENT... [DESCRIPTOR] PARENT`, the last being this process's id; see belongs().
+
+    descriptor : of a socket that it inherits. words : where what it prints goes. folder : where it runs.
+    temporary : where its own temporary files go.
+    """
+    passed = () if descriptor is None else (descriptor,)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    if temporary is not None:
+        environment["TMPDIR"] = str(temporary)
+    return subprocess.Popen(
+        [sys.executable, "-m", module, *arguments, *map(str, passed), str(os.getpid())], env=environment, pass_fds=passed,
+        cwd=folder, stdin=subprocess.DEVNULL, stdout=words, stderr=None if words is None else subprocess.STDOUT,
+    )  # fmt: skip
+
+
+def end(child: "subprocess.Popen[bytes]") -> None:
+    """Wait for a child that was told to leave, and kill one that does not."""
+    try:
+        child.wait(FAREWELL)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()
+
+
+def belongs() -> bool:
+    """The first thing in a child: Ctrl-C is its parent's business, and it dies when that dies; False if that is gone already."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    return os.getppid() == int(sys.argv[-1])
