@@ -45,11 +45,14 @@ def wilson(count: int, judged: int, confidence: float = SURE) -> Share:
 class Influence:
     """Spearman's rank correlation `rho` of a parameter with a margin, and the probability `p` of one as large by chance.
 
-    p counts that several parameters were tried: any of them could have shown it (Bonferroni).
+    partial : the same with what the other parameters explain taken from both; nan where there are too few draws for it.
+    p is that of the weaker of the two, and counts that several parameters were tried: any of them could have shown it
+    (Bonferroni). In a sample two parameters are a little correlated, so one alone can look strong by leaning on another.
     """
 
     target: str
     rho: float
+    partial: float
     p: float
 
     @property
@@ -63,13 +66,29 @@ def influences(parameters: dict[str, np.ndarray], margin: np.ndarray) -> tuple[I
 
     Rows where the margin is nan are left out. Where it does not vary, or fewer than four rows are left, there are none.
     """
-    from scipy.stats import spearmanr
+    from scipy.stats import rankdata
 
     judged = ~np.isnan(margin)
-    if judged.sum() < 4 or np.unique(margin[judged]).size < 2:
+    n, k = int(judged.sum()), len(parameters)
+    if n < 4 or np.unique(margin[judged]).size < 2:
         return ()
-    found = []
-    for target, values in parameters.items():
-        result = spearmanr(values[judged], margin[judged])
-        found.append(Influence(target, float(result.statistic), min(1.0, float(result.pvalue) * len(parameters))))
+    ranks = np.array([rankdata(column[judged]) for column in (*parameters.values(), margin)])
+    R = np.corrcoef(ranks)
+    rho, p = R[:k, k], _by_chance(R[:k, k], n - 2)
+    partial = np.full(k, np.nan)
+    if n > k + 3 and np.linalg.cond(R) < 1e10:
+        P = np.linalg.inv(R)
+        partial = -P[:k, k] / np.sqrt(np.diag(P)[:k] * P[k, k])
+        p = np.maximum(p, _by_chance(partial, n - k - 1))
+    found = [
+        Influence(*row) for row in zip(parameters, rho.tolist(), partial.tolist(), np.minimum(1.0, k * p).tolist(), strict=True)
+    ]
     return tuple(sorted(found, key=lambda influence: -abs(influence.rho)))
+
+
+def _by_chance(correlation: np.ndarray, freedom: int) -> np.ndarray:
+    """Probability of a correlation at least as large where there is none, by Student's t with `freedom` degrees of freedom."""
+    from scipy.stats import t
+
+    size = np.minimum(np.abs(correlation), 1.0 - 1e-15)
+    return np.asarray(2 * t.sf(size * np.sqrt(freedom / (1.0 - size * size)), freedom))

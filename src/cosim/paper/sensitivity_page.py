@@ -119,6 +119,11 @@ def _best(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
     return table_of(head, rows)
 
 
+def _number(value: float) -> float | None:
+    """`value` for JSON, which has no NaN."""
+    return value if value == value else None
+
+
 def document(study: Study, table: Table) -> dict[str, Any]:
     """The same as JSON holds it, with every correlation."""
     return {
@@ -127,7 +132,7 @@ def document(study: Study, table: Table) -> dict[str, Any]:
         "findings": [
             {"claim": f.claim, "part": f.part, "wheels": f.wheels, "count": f.share.count, "judged": f.share.judged,
              "low": f.share.low, "high": f.share.high, "middle": f.middle,
-             "correlations": {i.target: {"rho": i.rho, "p": i.p} for i in f.influences}}
+             "correlations": {i.target: {"rho": i.rho, "partial": _number(i.partial), "p": i.p} for i in f.influences}}
             for f in findings(study, table)
         ],
         "ranking": [

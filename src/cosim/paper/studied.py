@@ -51,6 +51,6 @@ def studied(
     words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
     data.write_text(json.dumps({"studies": documents}, indent=1) + "\n", encoding="utf-8")
     files += [words, data, figures.save(sensitivity_figures.shares(found), folder / "claims_shares.png")]
-    # The heat map is of what was studied last: the vehicle, whose parameters are many.
-    files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))
+    if any(finding.influences for finding in here):  # of what was studied last: the vehicle, whose parameters are many
+        files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))
     return texts, files

@@ -9,7 +9,21 @@ import numpy as np
 from cosim import figures
 from cosim.paper import pair_measures
 from cosim.paper.measures import holds
-from cosim.paper.pair_measures import AT_REST, ETA, NAMES, PSI, RPM, SPAN, SPEED, SPIN, Observed, Y, late_to_early, settling_time
+from cosim.paper.pair_measures import (
+    AT_REST,
+    ETA,
+    HELD,
+    NAMES,
+    PSI,
+    RPM,
+    SPAN,
+    SPEED,
+    SPIN,
+    Observed,
+    Y,
+    late_to_early,
+    settling_time,
+)
 from cosim.report import Claim
 from cosim.ssd import system as named_system
 from cosim.studies import best, decay_rates
@@ -83,7 +97,7 @@ def _claim_3(seen: Observed) -> Claim:
 def _claim_4(seen: Observed) -> Claim:
     settled = {rpm: {name: settling_time(t, name) for name in SIGNALS} for rpm, t in seen.turning.items()}
     words = "; ".join(
-        f"{rpm} rpm: " + ", ".join(f"{NAMES[n]} {t:.1f} s" if t < SPAN else f"{NAMES[n]} never" for n, t in times.items())
+        f"{rpm} rpm: " + ", ".join(f"{NAMES[n]} {t:.1f} s" if t < SPAN - HELD else f"{NAMES[n]} never" for n, t in times.items())
         for rpm, times in settled.items()
     )
     return Claim(
