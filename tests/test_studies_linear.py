@@ -307,6 +307,26 @@ def test_optimum_is_a_minimum_inside_and_points_outwards_on_a_bound() -> None:
     assert slope[1] > 0.0 > slope[2]
 
 
+FULL = np.array([(100.0 * RPM, 4000.0 * RPM), (86700.0, 4 * 86700.0), (21000.0, 4 * 21000.0), (0.3, 0.5)])
+
+
+def test_a_start_that_never_comes_to_rest_does_no_harm() -> None:
+    """A third of the way up all bounds the rotors turn at 342 rpm, too slowly for set B at 8 m/s."""
+    best = optimum(set_b_release(), FULL, starts=3)
+    assert set_b_release().rest.growth(np.exp(np.log(FULL) @ (2 / 3, 1 / 3))) > 0.0
+    assert best.found[1] == 100.0
+    assert best.criterion == min(best.found)
+    assert best.found[2] == pytest.approx(best.found[0], abs=1e-6)
+
+
+def test_optimum_says_when_nothing_comes_to_rest_and_then_slows_the_growth() -> None:
+    rest = AtRest(straight("A").with_value("vehicle.speed", 8.0), FREE, ALONG)
+    release = Release(rest, set_b_release().starts, set_b_release().scales)
+    with pytest.raises(ValueError, match="the release of system 'lrt-straight' must come to rest at one of the 1 starts"):
+        optimum(release, FULL, starts=1)
+    assert rest.growth(optimum(release, FULL, starts=1, level=100.0).q) < 0.6 * rest.growth(rest.q0)
+
+
 # ---- roots seen in time
 
 
@@ -329,7 +349,7 @@ def test_paths_are_continuous_and_cross_without_changing_hands() -> None:
     """Halving the step along the speed halves the largest jump of a slow root."""
     jumps = []
     for n in (100, 200, 400):
-        paths = over_speed_and_spin("B").paths(np.column_stack([np.linspace(5.0, 30.0, n), np.full(n, 2000.0 * RPM)]))
+        paths = over_speed_and_spin("B").paths(np.column_stack([np.linspace(1.0, 30.0, n), np.full(n, 2000.0 * RPM)]))
         jumps.append(np.abs(np.diff(paths[:, np.abs(paths).max(axis=0) < 5.0], axis=0)).max())
     assert jumps[1] < 0.75 * jumps[0]
     assert jumps[2] < 0.75 * jumps[1]
