@@ -174,6 +174,15 @@ def test_an_fmi_3_step_that_ends_early_without_leave_is_a_failure(tmp_path: Path
         simulate(typed(tmp_path).with_value("a.leave_early", True))
 
 
+def test_integers_that_would_be_rounded_are_refused(tmp_path: Path) -> None:
+    """2^53 comes through to the last digit, the 2^53 + 1 that this FMU makes of it does not."""
+    plan = System("s", (Part("a", str(small_fmus.arrays(tmp_path)), {"huge": 2**53 - 1, "tiny": -128}),), ())
+    end = simulate(plan, step=0.1, stop=0.2).trajectory.end()
+    assert (end["a.huge_out"], end["a.tiny_out"]) == (2**53 - 1, -128)
+    with pytest.raises(SlaveError, match=r"output 'huge_out' must be at most 2\^53 in size .*, got 9007199254740993"):
+        simulate(plan.with_value("a.huge", 2**53), step=0.1, stop=0.2)
+
+
 def test_an_fmu_may_ask_to_end_the_run(tmp_path: Path) -> None:
     """That is no failure: the step in which it asked counts, and there is no other."""
     run = simulate(typed(tmp_path).with_value("a.ask_end", True))

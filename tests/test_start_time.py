@@ -1,5 +1,7 @@
 """Runs that begin at another time than 0: t = start + n h, and nothing else changes."""
 
+import re
+import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -147,3 +149,16 @@ def test_starts_that_make_no_sense_are_refused(options: tuple[str, ...], words: 
     code, out, err = cosim("run", "wheel-pair", "--in-process", *options)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert words in err
+
+
+def test_the_page_about_running_fmus_works_as_written(cosim: Callable[..., Any]) -> None:
+    page = Path(__file__).parent.parent / "docs" / "master.md"
+    text = page.read_text(encoding="utf-8")
+    commands = [line for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL) for line in block.splitlines()]
+    assert commands
+    for command in commands:
+        code, out, err = cosim(*shlex.split(command)[1:])
+        assert (code, err) == (0, "")
+        assert out
+    for link in re.findall(r"\]\(((?!http)[^)#]+)\)", text):
+        assert (page.parent / link).exists()

@@ -1,6 +1,6 @@
 /* An FMI 3.0 slave with arrays and a variable of every type. After a step: y = gain * u element by element; total is their
    sum; the small integer outputs repeat their inputs; label and blob, set at the start, give length = strlen + bytes;
-   with `leave_early` doStep returns before its end. */
+   2^53 gives huge_out = 2^53 + 1, which a float64 does not hold; with `leave_early` doStep returns before its end. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -117,7 +117,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     *reached = s->time = s->leave_early ? t + h / 2 : t + h;
     s->total = 0;
     for (int i = 0; i < N; i++) s->total += s->y[i] = s->gain[i] * s->u[i];
-    s->single_out = s->single, s->tiny_out = s->tiny, s->huge_out = s->huge, s->on_out = s->on, s->mode_out = s->mode;
+    s->single_out = s->single, s->tiny_out = s->tiny, s->huge_out = s->huge + (s->huge == 1ULL << 53), s->on_out = s->on, s->mode_out = s->mode;
     s->length = s->label_length + s->blob_length;
     return fmi3OK;
 }

@@ -23,13 +23,16 @@ from cosim.slaves.variables import carried, names, read
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
 POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
-EXACT = 2.0**53  # integers up to here are exact in float64
+EXACT = 2**53  # integers up to here are exact in float64
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Inputs or outputs of one FMI type: their places in u or y, a buffer, and the calls that move it, as call(instance)."""
+    """Inputs or outputs of one FMI type: their places in u or y, a buffer, and the calls that move it, as call(instance).
+
+    wide : integers that may be beyond what float64 holds exactly.
+    """
 
     rows: tuple[Row, ...]
     places: slice | np.ndarray
@@ -37,6 +40,7 @@ class Group:
     get: Callable[[Any], int]
     set: Callable[[Any], int]
     label: str
+    wide: bool
 
 
 class FmuSlave(Slave):
@@ -134,7 +138,8 @@ class FmuSlave(Slave):
         get, set_ = self._moves(suffix, references, len(rows), buffer)
         whole = list(places) == list(range(places[0], places[0] + len(places))) if places else True
         where = slice(places[0], places[0] + len(places)) if whole and places else np.array(places, dtype=int)
-        return Group(tuple(rows), where, buffer, get, set_, f"{self.prefix}Set{suffix}")
+        wide = buffer.dtype.kind in "iu" and buffer.dtype.itemsize == 8
+        return Group(tuple(rows), where, buffer, get, set_, f"{self.prefix}Set{suffix}", wide)
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""
@@ -143,6 +148,14 @@ class FmuSlave(Slave):
         self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
         if self.can_restore:
             self._states = States(self._opened.library, prefix, state, self.check, serialize=self.can_serialize)
+
+    # ---- what C code needs, see RawFmu
+
+    def _address(self, name: str) -> int:
+        return ctypes.cast(self._opened.library.function(name), POINTER).value or 0
+
+    def _references(self, groups: Sequence[Group]) -> np.ndarray:
+        return np.array([row.reference for group in groups for row in group.rows], dtype=np.uint32)
 
     # ---- the run
 
@@ -193,6 +206,8 @@ class FmuSlave(Slave):
             status = group.get(instance)
             if status > 1:
                 self.check(status, group.label.replace("Set", "Get"), t, 0.0)
+            if group.wide:
+                self._refuse_inexact(group, t)
             self._y[group.places] = group.buffer
         if not math.isfinite(np.add.reduce(self._y)):
             for signal, value in zip(self.outputs, self._y, strict=True):
@@ -200,6 +215,15 @@ class FmuSlave(Slave):
                     reason = f"output {signal.name!r} must be finite{self._mode}, got {value}"
                     raise SlaveError(self.name, t, 0.0, reason, self.log.said())
         return self._y.copy()
+
+    def _refuse_inexact(self, group: Group, t: float) -> None:
+        """SlaveError for an integer that would be rounded."""
+        for value in (int(group.buffer.max(initial=0)), int(group.buffer.min(initial=0))):
+            if abs(value) > EXACT:
+                element = int(np.flatnonzero(group.buffer == value)[0])
+                name = self.outputs[int(np.arange(self._y.size)[group.places][element])].name
+                reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {value}"
+                raise SlaveError(self.name, t, 0.0, reason, self.log.said())
 
     def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
         for group in self._input_groups:
