@@ -115,5 +115,5 @@ if __name__ == "__main__":
         for limit, word in comfort.SCALE[:-1]:
             column[0].axhline(limit, color="0.7", linewidth=0.8, linestyle=":")
             column[0].annotate(word, (v[-1], limit), va="top", ha="right", fontsize=7, color="0.4")
-    figures.save(made, FOLDER / "study-comfort.png")
+    figures.save(made, FOLDER / "comfort.png")
     (FOLDER / "comfort.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")

@@ -105,5 +105,5 @@ if __name__ == "__main__":
             ax.set_title(f"set {name}: {title}", fontsize=10)
     made.legend(handles=[Patch(color=colour, label=word) for word, colour in KINDS.items()], loc="outside lower center", ncols=3)
     made.suptitle("Curve of 60 m. In the cells: median of the largest Y/Q by EN 14363, or how many of the starts derail")
-    figures.save(made, FOLDER / "study-derailment.png")
+    figures.save(made, FOLDER / "derailment_map.png")
     (FOLDER / "derailment_map.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")

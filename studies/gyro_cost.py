@@ -114,5 +114,5 @@ if __name__ == "__main__":
     for v, colour in zip(SHOWN, figures.COLOURS, strict=False):
         axes[0, 0].plot(spins, H * v / RADIUS, color=colour, linewidth=5.0, alpha=0.25, label=f"H v / R, {v:g} m/s")
     axes[0, 0].legend(fontsize=7)
-    figures.save(made, FOLDER / "study-gyro-cost.png")
+    figures.save(made, FOLDER / "gyro_cost.png")
     (FOLDER / "gyro_cost.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")

@@ -108,5 +108,5 @@ if __name__ == "__main__":
         ax.set_ylim(2.0, max(scanned) + 1)
         ax.set_title(f"set {name}", fontsize=10)
         ax.legend(fontsize=8)
-    figures.save(made, FOLDER / "study-safe-speed.png")
+    figures.save(made, FOLDER / "safe_speed.png")
     (FOLDER / "safe_speed.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")
