@@ -53,6 +53,17 @@ def test_measures_of_a_curve_are_those_of_the_run() -> None:
     assert found["reach"] == pytest.approx(300.0, abs=0.02)
 
 
+def test_the_steady_state_is_that_of_the_second_half_of_the_curve() -> None:
+    """What swings in while the curve begins is a transient."""
+    tr = run(**GOOD)
+    entering = np.where(tr["vehicle.body_distance"] < 59.0, 10.0, 1.0)
+    moved = np.isin(tr.names, (measures.Y, measures.PSI))
+    values = tr.values * np.where(moved, entering[:, None], 1.0)
+    wild, calm = measures.curve(Trajectory(tr.t, tr.names, tr.units, values)), measures.curve(tr)
+    assert wild["y"] == pytest.approx(10 * calm["y"])
+    assert (wild["swing"], wild["steady"]) == pytest.approx((calm["swing"], calm["steady"]))
+
+
 @pytest.mark.parametrize(
     ("at", "through"), [(10.0, False), (25.0, False), (60.0, False), (95.0, True), (200.0, True)]
 )  # before, in the transition, in the steady curve, in the exit, behind

@@ -25,7 +25,7 @@ def shares(found: Sequence[Finding]) -> "Figure":
     alone = sure | {claim for claim, _ in rows if sum(c == claim for c, _ in rows) == 2}
     rows = [(claim, part) for claim, part in rows if not (part and claim in alone)]
     wheels = list(dict.fromkeys(f.wheels for f in found))
-    made, axes = figures.figure(1, 1, (9.0, 1.5 + 0.24 * sum(_bars(found, row) for row in rows) + 0.12 * len(rows)))
+    made, axes = figures.figure(1, 1, (8.0, 1.2 + 0.19 * sum(_bars(found, row) for row in rows) + 0.1 * len(rows)))
     ax, ticks, labels, y = axes[0, 0], list[float](), list[str](), 0.0
     for claim, part in rows:
         y += 0.5 if part else 1.0

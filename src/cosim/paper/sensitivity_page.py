@@ -101,9 +101,11 @@ def _ranking(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
         of = [r for r in ranked if r.wheels == wheels]
         drawn = [r for r in of if r.kind == DRAW]
         for r in [*(r for r in of if r.kind != DRAW), *drawn[:BEST]]:
-            better = sum((d.parts, d.claims) > (r.parts, r.claims) for d in drawn)
-            rows.append((r.name, wheels, r.parts, r.claims, f"{better} of {len(drawn)}"))
-    return table_of(("point", "wheels", "parts", "whole claims", "draws that do better"), rows)
+            score = (r.parts, r.claims)
+            better = sum((d.parts, d.claims) > score for d in drawn)
+            equal = sum((d.parts, d.claims) == score and d is not r for d in drawn)
+            rows.append((r.name, wheels, r.parts, r.claims, f"{better} of {len(drawn)}", equal))
+    return table_of(("point", "wheels", "parts", "whole claims", "draws that do better", "others that do as well"), rows)
 
 
 def _best(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
