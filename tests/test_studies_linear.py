@@ -277,6 +277,8 @@ def test_release_refuses_what_it_cannot_measure() -> None:
         Release(pair(), [{"vehicle.yaw": 1.0}], {})
     with pytest.raises(ValueError, match="`level` must be positive, got 0 s"):
         pair_release().smoothed_growth(pair().q0, 0.0)
+    with pytest.raises(ValueError, match=r"`level` must be one that the releases reach to the right of -0.1\d* 1/s, got 5 s"):
+        Release(pair(), [], {"vehicle.yaw_angle": 0.3}).smoothed_growth(pair().q0, 5.0)
 
 
 def test_optimum_refuses_bounds_that_make_no_sense() -> None:

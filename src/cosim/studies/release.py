@@ -52,7 +52,7 @@ class Release:
     @property
     def begin(self) -> np.ndarray:
         """z at the begin of each release, shape (n, number of releases)."""
-        return np.array([self._row(start) for start in self.starts]).T
+        return np.array([self._row(start) for start in self.starts]).reshape(-1, len(self.rest.states)).T
 
     @property
     def weight(self) -> np.ndarray:
