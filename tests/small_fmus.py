@@ -1,6 +1,7 @@
 """Small hand-made FMUs for behaviours that the exporter's do not have: every type, arrays, foreign units, failures."""
 
 import importlib.util
+import re
 import shutil
 import tempfile
 import zipfile
@@ -185,11 +186,16 @@ def follower(folder: Path, version: int, *, says: str = "stated") -> Path:
     return _write(folder / f"follower{version}.{says}.fmu", text, f"binaries/{place}/follower{host().suffix}", library)
 
 
-def ball(folder: Path, *, events: bool = True, clock: bool = False) -> Path:
-    """FMI 3.0: a bouncing ball with event mode, or one that deals with its events itself; see c/ball3.c."""
+def ball(folder: Path, *, events: bool = True, clock: bool = False, smooth: bool = False) -> Path:
+    """FMI 3.0: a bouncing ball with event mode, or one that deals with its events itself; see c/ball3.c.
+
+    smooth : it shows h and v only, none of its integers.
+    """
     tick = '<Clock name="clock" valueReference="11" causality="input" intervalVariability="triggered"/>' if clock else ""
     text = BALL.replace("@EVENTS@", str(events).lower()).replace("@CLOCK@", tick)
-    file = folder / f"ball{'' if events else '_alone'}{'_clock' if clock else ''}.fmu"
+    if smooth:
+        text = re.sub(r' *<(Int32 name="(kick|impacts|ticks)"|(Output|InitialUnknown) valueReference="(9|10)").*?/>', "", text)
+    file = folder / f"ball{'' if events else '_alone'}{'_clock' if clock else ''}{'_smooth' if smooth else ''}.fmu"
     return _write(file, text, f"binaries/{host().name}/ball{host().suffix}", _library("ball3.c"))
 
 

@@ -1,11 +1,16 @@
 """The inner loop: one source, run by Python or compiled, and the plain path: the same bits from all three."""
 
+from pathlib import Path
+
 import numpy as np
 import oscillators
 import pytest
+import small_fmus
 
-from cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fast, simulate, system
+import fmus
+from cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fast, simulate, system
 from cosim.coupling import Algorithm
+from cosim.master import open_network
 from cosim.system import Connection, Part
 
 ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
@@ -109,6 +114,61 @@ def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch)
     run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)
     assert set(run.timing.do_step_s) == {"vehicle", "gyro"}
     assert all(0.0 < s < run.timing.loop_s for s in run.timing.do_step_s.values())
+
+
+@pytest.fixture(scope="module")
+def pair_3(tmp_path_factory: pytest.TempPathFactory) -> System:
+    """The oscillators as FMI 3.0 FMUs."""
+    plan, folder = oscillators.pair(cubic=3.0), tmp_path_factory.mktemp("fmi3")
+    for part in plan.parts:
+        (file,) = fmus.export(catalogue.component(part.source), folder, fmi=("3",))
+        plan = plan.with_source(part.name, str(file))
+    return plan
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(0), GaussSeidel(0), Jacobi(1)], ids=repr)
+def test_fmi_3_runs_in_the_inner_loop_too(algorithm: Algorithm, pair_3: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With held inputs; these FMUs ask for inputs of higher degree within the step, which is the plain path's business."""
+    with open_network(pair_3) as network:
+        network.initialize(0.0, 1.0)
+        assert fast.fits(network, algorithm) == (algorithm.degree == 0)
+    runs = three_ways(pair_3, algorithm, monkeypatch, 1e-3, 5.0003)
+    for other in runs[1:]:
+        np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
+    second = simulate(oscillators.pair(cubic=3.0), algorithm=algorithm, step=1e-3, stop=5.0003)
+    np.testing.assert_allclose(runs[0].trajectory.values, second.trajectory.values, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("values", "events"),
+    [({}, 4), ({"period": 0.113}, 4 + 17), ({"last": 3}, 3), ({"stubborn": 1}, None), ({}, 0)],
+    ids=["impacts", "ticks too", "the third is the last", "the same again and again", "by itself"],
+)
+def test_events_interrupt_the_inner_loop_where_they_are(
+    values: dict[str, float], events: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """State and time events, an FMU that ends the run, and two that never settle: the same on all paths."""
+    ball = small_fmus.ball(tmp_path, events=events != 0, smooth=True)
+    plan = System("s", (Part("ball", str(ball), values),), ())
+    with open_network(plan) as network:
+        network.initialize(0.0, 1.0)
+        assert fast.fits(network, Jacobi(1))
+    found = []
+    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+        with monkeypatch.context() as patch:
+            patch.setattr(fast, "fits", fits)
+            patch.setattr(fast, "LONG", long)
+            try:
+                done, said = simulate(plan, step=0.01, stop=2.0), ""
+            except SlaveError as error:
+                done, said = error.partial, str(error)
+            found.append((done.status, done.ended_by, done.events, said))
+            if len(found) == 1:
+                first = done
+            np.testing.assert_array_equal(done.trajectory.values, first.trajectory.values)
+    assert found[0] == found[1] == found[2]
+    assert bool(found[0][3]) == (events is None)
+    assert sum(first.events.values()) == events or events is None
 
 
 def test_a_thousand_fmus_run() -> None:

@@ -3,23 +3,24 @@
 import ctypes
 import sys
 import time
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
-from cosim import loop
+from cosim import calls, loop
 from cosim.coupling import Algorithm, GaussSeidel, Jacobi
 from cosim.errors import SlaveError
 from cosim.network import Network
-from cosim.slaves.base import RawFmi2
+from cosim.slaves.base import RawFmu
 
 TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
+_FINISH = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_int)
 LONG = 15_000  # slave steps from which compiling, or loading what was compiled before, pays
 
 
 class FastLoop:
-    """The inner loop on a network of FMI 2.0 FMUs under Jacobi or Gauss-Seidel.
+    """The inner loop on a network of FMUs under Jacobi or Gauss-Seidel.
 
     Y, t, h : buffers of outputs, times and steps, whose rows before `row` hold the history when march() is called.
     used : shape (rows, 2 bonds, 3), the inputs of the power bonds that each step followed.
@@ -53,9 +54,13 @@ class FastLoop:
         for row, (i, j) in enumerate(bond_inputs):
             (place,) = (q for q, wire in enumerate(wires[i]) if wire[1] == j)
             self._bond_inputs[row] = first[i] + place, 2 * first[i] + place, 2 * first[i] + len(wires[i]) + place
-        self._table = np.zeros((len(network.slaves), len(loop.COLUMNS)), dtype=np.int64)
-        self._raws: list[RawFmi2] = []
-        self._references: list[np.ndarray] = []  # of the connected inputs; the table holds their addresses
+        self._table = np.zeros((len(network.slaves), len(calls.COLUMNS)), dtype=np.int64)
+        self._raws: list[RawFmu] = []
+        self._connected: list[slice] = []
+        self._kept_alive: list[Any] = []  # what the table holds addresses of
+        self._told = np.zeros((len(network.slaves), 16), dtype=np.uint8)
+        self._due = np.full(len(network.slaves), np.inf)
+        self._error: BaseException | None = None
         for i, slave in enumerate(network.slaves):
             raw = slave.raw
             assert raw is not None
@@ -63,18 +68,22 @@ class FastLoop:
             n_u, places = len(slave.inputs), np.array([w[1] for w in wires[i]], dtype=np.int64)
             later = np.concatenate([places, n_u + places])
             references = (raw.u_refs[places], raw.du_refs[later], raw.du_orders[later])
-            self._references += references
+            self._kept_alive += references
             u_refs, du_refs, du_orders = (r.ctypes.data for r in references)
             feeds_through = bool(slave.feedthrough[:, places].any())
+            self._connected.append(slice(first[i], first[i] + len(places)))
+            finish = _FINISH(partial(self._finish_step, i, places))
+            self._kept_alive.append(finish)
+            if raw.due is not None:
+                self._due[i] = raw.due()
             self._table[i] = (
                 raw.instance, raw.set_real, raw.get_real, raw.do_step, raw.set_derivatives, u_refs, raw.y_refs.ctypes.data,
                 du_refs, du_orders, raw.no_set_state, len(places), len(slave.outputs), network.slices[i].start, first[i],
-                slave.input_degree, feeds_through,
+                slave.input_degree, feeds_through, raw.version, self._told[i].ctypes.data,
+                ctypes.cast(finish, ctypes.c_void_p).value or 0,
             )  # fmt: skip
-            start = network.start_inputs(i)
             if n_u > len(places):
-                status = loop.values_call(raw.set_real, raw.instance, raw.u_refs.ctypes.data, n_u, start.ctypes.data)
-                raw.check(status, loop.CALLS[1], float(t[0]), 0.0)
+                slave.output(network.start_inputs(i), float(t[0]))  # sets them all
         self._now = np.zeros(2, dtype=np.int64)
         self._kept, self._failure = np.zeros(len(joined) + 1), np.zeros(3, dtype=np.int64)
         buffers = (self._u, self._du, self._Y, self._now)
@@ -98,7 +107,7 @@ class FastLoop:
                 self._table, self._source, self._fresh, self._scale, self._offset, self._u, self._du, self._orders,
                 self._sequence, self._exchange, self._sequential, self._degree, self._Y, self._t, self._h, row, rows,
                 self._stops, self._above, self._bond_inputs, self._used, timed_every, self._now, self._spent, self._pointers,
-                self._kept, self._failure,
+                self._kept, self._failure, self._told, self._told.view(float), self._due,
             )
         )  # fmt: skip
         took, inside = time.perf_counter() - began, float(self._spent.sum())
@@ -110,13 +119,36 @@ class FastLoop:
             done = min(done, int(np.argmax(bad))) if bad.any() else done
         return done
 
+    def _finish_step(self, i: int, places: np.ndarray, t: float, h: float, begun: int) -> int:
+        """What is left of a step of slave i, which is of FMI 3.0; called from within the march."""
+        raw, u = self._raws[i], self._network.start_inputs(i)
+        assert raw.finish_step is not None
+        assert raw.told is not None
+        assert raw.due is not None
+        u[places] = self._u[self._connected[i]]
+        raw.told[:] = self._told[i]
+        try:
+            raw.finish_step(np.array([u, np.zeros_like(u), np.zeros_like(u)]), t, h, bool(begun))
+        except BaseException as error:  # it must not get lost in the machine code that calls this
+            self._error = error
+            return calls.RAISED
+        self._due[i] = raw.due()
+        return 0
+
     def explain(self, row: int) -> None:
         """Raise the SlaveError of what stopped a march at the step after row `row`."""
         t, h = float(self._t[row]), float(self._h[row + 1])
         i, call, status = (int(x) for x in self._failure)
         infinite = np.flatnonzero(~np.isfinite(self._Y[row + 1]))
         if not infinite.size:
-            self._raws[i].check(max(status, 3), loop.CALLS[call], t, h)
+            raw = self._raws[i]
+            if self._error is not None:
+                raise self._error
+            if calls.CALLS[raw.version][call].endswith("DoStep"):
+                if raw.told is not None:
+                    raw.told[:] = self._told[i]
+                raw.step_failed(status, t, h)
+            raw.check(max(status, 3), calls.CALLS[raw.version][call], t, h)
         network, c = self._network, int(infinite[0])
         (i,) = (i for i, part in enumerate(network.slices) if part.start <= c < part.stop)
         name = network.slaves[i].outputs[c - network.slices[i].start].name
@@ -128,11 +160,11 @@ class FastLoop:
 
 
 def fits(network: Network, algorithm: Algorithm) -> bool:
-    """Whether the inner loop can run this: FMI 2.0 FMUs in this process, plain Jacobi or Gauss-Seidel, no extras."""
+    """Whether the inner loop can run this: FMUs in this process, plain Jacobi or Gauss-Seidel, no extras."""
     plain = isinstance(algorithm, GaussSeidel) or (isinstance(algorithm, Jacobi) and not algorithm.nepce)
     return (
         plain
-        and all(slave.raw is not None for slave in network.slaves)
+        and all(slave.raw is not None and (algorithm.degree == 0 or not slave.raw.asks) for slave in network.slaves)
         and all(parts == 1 for parts in network.substeps)
         and not network.held.size
         and not network.tabled

@@ -1,63 +1,53 @@
-"""The inner loop for FMI 2.0 FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
+"""The inner loop for FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
 
 `march` is one source with two lives: for short runs it is run by Python as it stands, for long ones numba compiles it, with
-the calls below replaced by ones through the same addresses. It repeats coupling/explicit.py and coupling/history.py
+the calls of cosim/calls.py replaced by ones through the same addresses. It repeats coupling/explicit.py and coupling/history.py
 operation by operation, so all three give the same bits; a test holds them to it.
 """
 
-import ctypes
 import sys
-from functools import lru_cache
 from typing import Any
 
-# Columns of the table of slaves, int64. n_u counts connected inputs, which stand one after another from `first` on.
-COLUMNS = (
-    "instance", "set_real", "get_real", "do_step", "set_derivatives", "u_refs", "y_refs", "du_refs", "du_orders", "no_set_state",
-    "n_u", "n_y", "y_start", "first", "degree", "feeds_through",
+from cosim.calls import (
+    DEGREE,
+    DO_STEP,
+    DU_ORDERS,
+    DU_REFS,
+    FEEDS_THROUGH,
+    FINISH,
+    FIRST,
+    GET_REAL,
+    INSTANCE,
+    N_U,
+    N_Y,
+    NO_SET_STATE,
+    SET_DERIVATIVES,
+    SET_REAL,
+    TOLD,
+    U_REFS,
+    VERSION,
+    Y_REFS,
+    Y_START,
+    clock_call,
+    derivatives_call,
+    finish_call,
+    move_values,
+    step3_call,
+    step_call,
 )  # fmt: skip
-(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, Y_START,
- FIRST, DEGREE, FEEDS_THROUGH) = range(len(COLUMNS))  # fmt: skip
-CALLS = ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal")
+
 LARGEST = sys.float_info.max
-
-
-@lru_cache(maxsize=1024)
-def _function(address: int, *types: Any) -> Any:
-    return ctypes.CFUNCTYPE(ctypes.c_int, *types)(address)
-
-
-_POINTER, _SIZE, _DOUBLE, _INT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_double, ctypes.c_int
-
-
-def values_call(address: int, instance: int, references: int, n: int, values: int) -> int:
-    """fmi2SetReal or fmi2GetReal through its address; all pointers are integers."""
-    return int(_function(int(address), _POINTER, _POINTER, _SIZE, _POINTER)(int(instance), int(references), int(n), int(values)))
-
-
-def derivatives_call(address: int, instance: int, references: int, n: int, orders: int, values: int) -> int:
-    """fmi2SetRealInputDerivatives through its address."""
-    call = _function(int(address), _POINTER, _POINTER, _SIZE, _POINTER, _POINTER)
-    return int(call(int(instance), int(references), int(n), int(orders), int(values)))
-
-
-def step_call(address: int, instance: int, t: float, h: float, no_set_state: int) -> int:
-    """fmi2DoStep through its address."""
-    return int(_function(int(address), _POINTER, _DOUBLE, _DOUBLE, _INT)(int(instance), float(t), float(h), int(no_set_state)))
-
-
-def clock_call(address: int, clock: int, time: int) -> int:
-    """clock_gettime through its address."""
-    return int(_function(int(address), _INT, _POINTER)(int(clock), int(time)))
 
 
 def march(
     S: Any, source: Any, fresh: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
     sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, stops: Any, above: Any, bond_inputs: Any,
     bond_used: Any, timed_every: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
+    told: Any, reached: Any, due: Any,
 ) -> int:  # fmt: skip
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
-    S : table of slaves, see COLUMNS.
+    S : table of slaves, see cosim.calls.
     source, scale, offset : per connected input, slave by slave. fresh : whether its source has stepped already (Gauss-Seidel).
     u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
     orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.
@@ -66,6 +56,7 @@ def march(
     bond_inputs, bond_used : places in u and du, and for each step what was found there, shape (rows, n, 3).
     timed_every : one step in so many is timed, none where it is 0. spent : s per slave. kept : scratch, as u.
     pointers : addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
+    told, reached, due : of FMI 3.0: answers of doStep, as bytes and as numbers; when each slave's next event is due (s).
     failure : slave, call (place in CALLS) and status of the call that stopped the march.
     An output that is not finite stops it, too, before it reaches another slave; one that reaches none does not.
     """
@@ -77,7 +68,7 @@ def march(
         s2 = t[r - 2] - t0 if degree > 1 else 0.0
         timed = timed_every > 0 and k % timed_every == 0
         for i in sequence:
-            n_u, u0, instance = S[i, N_U], S[i, FIRST], S[i, INSTANCE]
+            version, n_u, u0 = S[i, VERSION], S[i, N_U], S[i, FIRST]
             if degree == 0:
                 for q in range(u0, u0 + n_u):
                     y0 = Y[r + fresh[q], source[q]]
@@ -125,13 +116,18 @@ def march(
                         elif slope != 0.0 and orders[i] < 1:
                             orders[i] = 1
             if n_u > 0:
-                status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
+                status = move_values(version, S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], n_u, pointers[0] + 8 * u0)
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 1, status
                     return k
                 if orders[i] > 0:
                     status = derivatives_call(
-                        S[i, SET_DERIVATIVES], instance, S[i, DU_REFS], orders[i] * n_u, S[i, DU_ORDERS], pointers[1] + 16 * u0
+                        S[i, SET_DERIVATIVES],
+                        S[i, INSTANCE],
+                        S[i, DU_REFS],
+                        orders[i] * n_u,
+                        S[i, DU_ORDERS],
+                        pointers[1] + 16 * u0,
                     )
                     if status > 1:
                         failure[0], failure[1], failure[2] = i, 2, status
@@ -139,7 +135,17 @@ def march(
             if timed:
                 clock_call(pointers[4], pointers[5], pointers[3])
                 began = now[0] + 1e-9 * now[1]
-            status = step_call(S[i, DO_STEP], instance, t0, step, S[i, NO_SET_STATE])
+            if version == 2:
+                status = step_call(S[i, DO_STEP], S[i, INSTANCE], t0, step, S[i, NO_SET_STATE])
+            elif due[i] <= t0 + 1.000001 * step:  # not far behind the step: whoever finishes it looks closer
+                status = finish_call(S[i, FINISH], t0, step, 0)
+            else:
+                told[i, 0], told[i, 1], told[i, 2], reached[i, 1] = 0, 0, 0, t0 + step
+                at = S[i, TOLD]
+                status = step3_call(S[i, DO_STEP], S[i, INSTANCE], t0, step, S[i, NO_SET_STATE], at, at + 1, at + 2, at + 8)
+                short = abs(reached[i, 1] - (t0 + step)) > 1e-9 * (step + abs(t0))
+                if status <= 1 and (short or told[i, 0] + told[i, 1] + told[i, 2] > 0):
+                    status = finish_call(S[i, FINISH], t0, step, 1)
             if timed:
                 clock_call(pointers[4], pointers[5], pointers[3])
                 spent[i] += timed_every * (now[0] + 1e-9 * now[1] - began)
@@ -152,14 +158,14 @@ def march(
                         q = u0 + j
                         kept[q] = u[q]  # the value at the start, put back below for the record
                         u[q] = u[q] + step * (du[2 * u0 + j] + step * du[2 * u0 + n_u + j] / 2)
-                    status = values_call(S[i, SET_REAL], instance, S[i, U_REFS], n_u, pointers[0] + 8 * u0)
+                    status = move_values(version, S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], n_u, pointers[0] + 8 * u0)
                     for q in range(u0, u0 + n_u):
                         u[q] = kept[q]
                     if status > 1:
                         failure[0], failure[1], failure[2] = i, 1, status
                         return k
                 at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
-                status = values_call(S[i, GET_REAL], instance, S[i, Y_REFS], S[i, N_Y], at)
+                status = move_values(version, S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 4, status
                     return k
@@ -169,6 +175,7 @@ def march(
                 bond_used[k, q, 1] = du[bond_inputs[q, 1]]
                 bond_used[k, q, 2] = du[bond_inputs[q, 2]]
         for i in exchange:
+            version = S[i, VERSION]
             if S[i, FEEDS_THROUGH] > 0:
                 u0 = S[i, FIRST]
                 for q in range(u0, u0 + S[i, N_U]):
@@ -176,13 +183,13 @@ def march(
                     if not abs(y1) <= LARGEST:
                         return k
                     u[q] = y1 * scale[q] + offset[q]
-                status = values_call(S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], S[i, N_U], pointers[0] + 8 * u0)
+                status = move_values(version, S[i, SET_REAL], S[i, INSTANCE], S[i, U_REFS], S[i, N_U], pointers[0] + 8 * u0)
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 1, status
                     return k
             if S[i, FEEDS_THROUGH] > 0 or not sequential:
                 at = pointers[2] + 8 * ((r + 1) * n_Y + S[i, Y_START])
-                status = values_call(S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
+                status = move_values(version, S[i, GET_REAL], S[i, INSTANCE], S[i, Y_REFS], S[i, N_Y], at)
                 if status > 1:
                     failure[0], failure[1], failure[2] = i, 4, status
                     return k

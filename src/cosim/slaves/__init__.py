@@ -3,12 +3,12 @@
 from typing import TYPE_CHECKING
 
 from cosim import catalogue
-from cosim.slaves.base import RawFmi2, Signal, Slave
+from cosim.slaves.base import RawFmu, Signal, Slave
 
 if TYPE_CHECKING:
     from cosim.slaves.opened import Shelf
 
-__all__ = ["RawFmi2", "Signal", "Slave", "open_fmu", "open_slave"]
+__all__ = ["RawFmu", "Signal", "Slave", "open_fmu", "open_slave"]
 
 
 def open_slave(name: str, source: str, *, in_process: bool = False, isolate: bool = False, shelf: "Shelf | None" = None) -> Slave:

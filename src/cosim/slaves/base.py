@@ -11,22 +11,30 @@ import numpy as np
 from cosim.catalogue import unknown
 from cosim.slaves.signal import Given, Signal, Value
 
-__all__ = ["RawFmi2", "Signal", "Slave", "Value"]
+__all__ = ["RawFmu", "Signal", "Slave", "Value"]
 
 
 @dataclass(frozen=True, eq=False)
-class RawFmi2:
-    """What C code needs to drive an instance of an FMI 2.0 FMU: addresses as integers, value references as arrays.
+class RawFmu:
+    """What C code needs to drive an instance of an FMU: addresses as integers, value references as arrays.
 
-    instance : the fmi2Component; valid until the slave starts anew or closes.
-    set_real, get_real, do_step : fmi2SetReal, fmi2GetReal, fmi2DoStep.
+    version : of FMI, 2 or 3.
+    instance : of the FMU; valid until the slave starts anew or closes.
+    set_real, get_real, do_step : fmi2SetReal, fmi2GetReal, fmi2DoStep, or fmi3SetFloat64, fmi3GetFloat64, fmi3DoStep.
     set_derivatives : fmi2SetRealInputDerivatives, or 0 where the FMU follows constant inputs only.
+    asks : whether it asks for its inputs within a step, which the slave answers: C code may then hold inputs only.
     u_refs, y_refs : uint32, shapes (n_u,) and (n_y,), of the inputs and outputs in the order of U and y.
     du_refs, du_orders : uint32 and int32, shape (2 n_u,): of U[1], then of U[2]; the first n_u are those of U[1] alone.
     no_set_state : what to pass as noSetFMUStatePriorToCurrentPoint.
     check : check(status, name of the call, t, h) raises the slave's SlaveError, with its log, for a status above 1.
+    step_failed : step_failed(status, t, h) raises what a step with such a status means.
+    told : of FMI 3.0, what doStep answers: flags of event, end and early return, and from byte 8 on the time reached.
+    finish_step : of FMI 3.0: finish_step(U, t, h, begun) does what is left of a step that returned with one of the flags or
+        short of its end, or, where it has not begun, the whole of it.
+    due : of FMI 3.0, the time (s) from which on a step must be left to finish_step from its begin.
     """
 
+    version: int
     instance: int
     set_real: int
     get_real: int
@@ -38,6 +46,11 @@ class RawFmi2:
     du_orders: np.ndarray
     no_set_state: int
     check: Callable[[int, str, float, float], None]
+    step_failed: Callable[[int, float, float], None]
+    asks: bool = False
+    told: np.ndarray | None = None
+    finish_step: Callable[[np.ndarray, float, float, bool], None] | None = None
+    due: Callable[[], float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +79,7 @@ class Slave(ABC):
     can_restore : whether save() and restore() work.
     can_serialize : whether serialize() and deserialize() work.
     events : handled since begin(); None where the slave does not tell.
-    raw : from finish() on, how C code can step it, where it is an FMI 2.0 FMU of this process with real signals only.
+    raw : from finish() on, how C code can step it, where it is an FMU of this process with real signals only.
     """
 
     name: str
@@ -80,7 +93,7 @@ class Slave(ABC):
     can_restore: bool
     can_serialize: bool
     events: int | None = None
-    raw: RawFmi2 | None = None
+    raw: RawFmu | None = None
 
     @abstractmethod
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from cosim.errors import EndRequest, SlaveError
-from cosim.slaves.base import RawFmi2, Value
+from cosim.slaves.base import RawFmu, Value
 from cosim.slaves.description import Row
 from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
 from cosim.slaves.library import Library
@@ -135,22 +135,17 @@ class Fmi2Slave(FmuSlave):
         pointers = seed.ctypes.data_as(POINTER), result.ctypes.data_as(POINTER)
         return int(self._derivative(self._instance, refs, len(unknowns), knowns, 1, *pointers))
 
-    def _raw(self) -> RawFmi2 | None:
-        """See RawFmi2; None where a signal is not real, or not smooth while derivatives would be set."""
+    def _raw(self) -> RawFmu | None:
+        """See RawFmu; None where a signal is not real, or not smooth while derivatives would be set."""
         if any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
             return None
         if self.input_degree and self._n_smooth != self._u.size:
             return None
 
-        def address(name: str) -> int:
-            return ctypes.cast(self._opened.library.function(name), POINTER).value or 0
-
-        def references(groups: Sequence[Any]) -> np.ndarray:
-            return np.array([row.reference for group in groups for row in group.rows], dtype=np.uint32)
-
-        return RawFmi2(
-            self._instance, address("fmi2SetReal"), address("fmi2GetReal"), address("fmi2DoStep"),
-            address("fmi2SetRealInputDerivatives") if self.input_degree and self._n_smooth else 0,
-            references(self._input_groups), references(self._output_groups),
+        return RawFmu(
+            2, self._instance, self._address("fmi2SetReal"), self._address("fmi2GetReal"), self._address("fmi2DoStep"),
+            self._address("fmi2SetRealInputDerivatives") if self.input_degree and self._n_smooth else 0,
+            self._references(self._input_groups), self._references(self._output_groups),
             np.array(self._du_refs, dtype=np.uint32), np.array(self._du_orders, dtype=np.int32), 1 - self.can_restore, self.check,
+            self._step_failed,
         )  # fmt: skip

@@ -14,7 +14,7 @@ import numpy as np
 
 from cosim.errors import EndRequest, SlaveError
 from cosim.slaves import events
-from cosim.slaves.base import Value
+from cosim.slaves.base import RawFmu, Value
 from cosim.slaves.description import Row
 from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
 from cosim.slaves.library import Library
@@ -58,8 +58,9 @@ class Fmi3Slave(FmuSlave):
         self._enter = function("fmi3EnterInitializationMode", POINTER, boolean, double, double, boolean, double)
         self._exit = function("fmi3ExitInitializationMode", POINTER)
         self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
-        self._event, self._ended, self._early = boolean(), boolean(), boolean()
-        self._reached = double()
+        self._answer = bytearray(16)
+        self._event, self._ended, self._early = (boolean.from_buffer(self._answer, k) for k in range(3))
+        self._reached = double.from_buffer(self._answer, 8)
         self._event_mode: events.EventMode | None = None
         self._discrete = np.flatnonzero([not s.smooth for s in self.inputs])
         if events.used(self.description):
@@ -116,6 +117,8 @@ class Fmi3Slave(FmuSlave):
                     u[group.places] = group.buffer
                 self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
             self._leave_event_mode(self._event_mode, t, 0.0)
+        self._polynomial = []
+        self.raw = self._raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
         reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
@@ -167,17 +170,31 @@ class Fmi3Slave(FmuSlave):
             self._step_through_events(U, t, h)
             return
         self._advance(t, h)
-        if self._early.value and not self._ended.value:
-            self._refuse_short_step(t, h)
+        self._refuse_early_return(t, h)
 
-    def _step_through_events(self, U: np.ndarray, t: float, h: float) -> None:
-        """In as many parts as events are in between, or times that the FMU has announced."""
+    def _finish_step(self, U: np.ndarray, t: float, h: float, begun: bool) -> None:
+        """See RawFmu."""
+        if self._note.ends:
+            raise EndRequest(self.name, t)
+        if self._event_mode is not None:
+            self._step_through_events(U, t, h, begun=begun)
+        else:
+            self._judge(t, h)
+            self._refuse_early_return(t, h)
+
+    def _step_through_events(self, U: np.ndarray, t: float, h: float, *, begun: bool = False) -> None:
+        """In as many parts as events are in between, or times that the FMU has announced.
+
+        begun : doStep has been called for all of it, and has answered.
+        """
         end, now, stuck = t + h, t, 0
         close = 1e-9 * h + 4 * np.finfo(float).eps * abs(end)
         while end - now > close:
             due = self._note.due
             if due > now + close:
-                reached = self._advance(now, (due if due < end - close and self._variable_step else end) - now)
+                part = (due if due < end - close and self._variable_step else end) - now
+                reached = self._judge(now, part) if begun else self._advance(now, part)
+                begun = False
                 stuck = 0 if reached > now + close else stuck + 1
                 now = reached
             else:
@@ -198,9 +215,15 @@ class Fmi3Slave(FmuSlave):
         """fmi3DoStep; the time that it has reached."""
         self._reached.value = t + h
         status = self._do_step(self._instance, t, h, not self.can_restore, *self._told_by_step)
-        if status > 1:
-            how = f" (it reached t = {self._reached.value:.9g} s)" if status == 2 else ""
-            self.check(status, f"fmi3DoStep{how}", t, h)
+        self._step_failed(status, t, h)
+        return self._judge(t, h)
+
+    def _step_failed(self, status: int, t: float, h: float) -> None:
+        how = f" (it reached t = {self._reached.value:.9g} s)" if status == 2 else ""
+        self.check(status, f"fmi3DoStep{how}", t, h)
+
+    def _judge(self, t: float, h: float) -> float:
+        """What doStep has answered; the time that the FMU has reached."""
         self.check(self._update_status, "fmi3SetFloat64 in the intermediate update", t, h)
         reached = self._reached.value
         short = abs(reached - (t + h)) > 1e-9 * (h + abs(t))
@@ -212,6 +235,11 @@ class Fmi3Slave(FmuSlave):
             self._refuse_short_step(t, h)
         return reached
 
+    def _refuse_early_return(self, t: float, h: float) -> None:
+        """Without event mode nobody has allowed it."""
+        if self._early.value and not self._ended.value:
+            self._refuse_short_step(t, h)
+
     def _refuse_short_step(self, t: float, h: float) -> None:
         own = self.description.interfaces["CoSimulation"].get("fixedInternalStepSize")
         hint = f" (its own step is fixed to {own} s)" if own else ""
@@ -220,6 +248,22 @@ class Fmi3Slave(FmuSlave):
     def _fails(self, reason: str, t: float, h: float) -> None:
         self._running = False
         raise SlaveError(self.name, t, h, reason, self.log.said())
+
+    def _raw(self) -> RawFmu | None:
+        """See RawFmu; None where a signal is no Float64 or an array, or where discrete inputs may need event mode."""
+        groups = (*self._input_groups, *self._output_groups)
+        if any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
+            return None
+        if self._event_mode is not None and self._discrete.size:
+            return None
+        none = np.zeros(2 * self._u.size, dtype=np.uint32)
+        return RawFmu(
+            3, self._instance, self._address("fmi3SetFloat64"), self._address("fmi3GetFloat64"), self._address("fmi3DoStep"), 0,
+            self._references(self._input_groups), self._references(self._output_groups), none, none.astype(np.int32),
+            1 - self.can_restore, self.check, self._step_failed, bool(self._asked),
+            np.frombuffer(self._answer, dtype=np.uint8), self._finish_step,
+            lambda: -np.inf if self._note.ends else self._note.due,
+        )  # fmt: skip
 
     def _directional(self, column: int, result: np.ndarray) -> int:
         (group,) = [g for g in self._output_groups if g.label == "fmi3SetFloat64"]
