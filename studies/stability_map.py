@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import MaxNLocator
 
 from cosim import figures, system
 from cosim.studies import AtRest
@@ -67,7 +68,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
         lines = ax.contour(x, y, decay, levels=7, colors="0.35", linewidths=0.5)
         ax.clabel(lines, fontsize=7, fmt="%.2g")
         ax.grid(False)
-        bar = made.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]", format="%.2g")
+        bar = made.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]", ticks=MaxNLocator(8))
         bar.ax.axhline(0.0, color="k", linewidth=2.0)
     row[0].set_xlabel("forward speed v [m/s]")
     row[0].set_ylabel("rotor speed [rpm]")
