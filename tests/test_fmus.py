@@ -188,6 +188,10 @@ def test_an_fmu_may_ask_to_end_the_run(tmp_path: Path) -> None:
     run = simulate(typed(tmp_path).with_value("a.ask_end", True))
     assert (run.status, run.steps) == ("ended", 1)
     assert run.ended_by == "component 'a' asks to end the run at t = 0.01 s"
+    quits = 9  # of mixed2.c: discard, and terminated
+    run = simulate(typed(tmp_path).with_value("m.fault", quits))
+    assert (run.status, run.steps) == ("ended", 4)
+    assert run.ended_by == "component 'm' asks to end the run at t = 0.0425 s"
 
 
 @pytest.mark.parametrize(

@@ -22,13 +22,15 @@ class LoopSolver:
     """Solves one algebraic loop: the outputs in it, at the places `group` of Y, such that evaluating them changes nothing.
 
     Newton's method with the Jacobian by differences, kept from one communication point to the next as long as it serves.
+
+    jacobian : the one that is kept, None where there is none yet.
     """
 
     def __init__(self, network: Evaluating, group: Sequence[int]) -> None:
         self._network, self._places = network, np.array(group)
         inside = set(group)
         self._slaves = [i for i, part in enumerate(network.slices) if inside & set(range(part.start, part.stop))]
-        self._jacobian: np.ndarray | None = None
+        self.jacobian: np.ndarray | None = None
 
     def solve(self, Y: np.ndarray, t: float) -> None:
         """Write the solution into Y; ConvergenceError if there is none within 50 iterations."""
@@ -38,9 +40,9 @@ class LoopSolver:
             if not np.any(np.abs(residual) > 1e-12 * np.maximum(1.0, np.abs(z))):
                 Y[self._places] = z + residual
                 return
-            if self._jacobian is None or iteration % 5 == 4:
-                self._jacobian = self._differences(Y, z, z + residual, t)
-            z = z + np.linalg.lstsq(np.eye(z.size) - self._jacobian, residual)[0]
+            if self.jacobian is None or iteration % 5 == 4:
+                self.jacobian = self._differences(Y, z, z + residual, t)
+            z = z + np.linalg.lstsq(np.eye(z.size) - self.jacobian, residual)[0]
         names = ", ".join(self._network.names[k] for k in self._places)
         raise ConvergenceError(
             f"the algebraic loop of {names} must have a solution at t = {t:.9g} s, none found in 50 iterations"

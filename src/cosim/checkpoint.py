@@ -63,6 +63,7 @@ class Checkpoint:
             "iterations": np.array(history.iterations),
             "largest": network.largest,
         }
+        arrays |= {f"loop_{k}": s.jacobian for k, s in enumerate(network.solvers) if s.jacobian is not None}
         if history.jacobian is not None:
             arrays["jacobian"] = history.jacobian
         arrays |= {f"meter_{name}": value for name, value in meter.state().items()}
@@ -111,6 +112,8 @@ class Resume:
         history.t, history.Y = data["history_t"].tolist(), list(data["history_Y"])
         history.iterations = int(data["iterations"])
         history.jacobian = data.get("jacobian")
+        for k, solver in enumerate(network.solvers):
+            solver.jacobian = data.get(f"loop_{k}")
         network.largest[:] = data["largest"]
         meter.resume({name.removeprefix("meter_"): value for name, value in data.items() if name.startswith("meter_")})
         recorder.resume({name.removeprefix("recorder_"): value for name, value in data.items() if name.startswith("recorder_")})

@@ -19,7 +19,7 @@ class Evaluation:
     feeds : place in Y -> the (slave, place in u) it feeds.
     order : slave indices, sources before what feeds through; ties in system order.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
-    loops : each algebraic loop spelled out; outputs() solves them.
+    loops : each algebraic loop spelled out; outputs() solves them, with one of `solvers` each.
     """
 
     def __init__(
@@ -33,7 +33,8 @@ class Evaluation:
             sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
         found = loops(needs, needs)
         self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in found)
-        solvers = {int(owner[group[0]]): LoopSolver(network, group) for group in found}
+        self.solvers = [LoopSolver(network, group) for group in found]
+        solvers = {int(owner[group[0]]): solver for group, solver in zip(found, self.solvers, strict=True)}
         self._groups: list[tuple[list[int], list[LoopSolver]]] = []
         self.one_pass = True
         for group in strong_components(range(len(network.slices)), sources):

@@ -41,7 +41,7 @@ class Network:
     order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
     loops : each algebraic loop spelled out; outputs() solves them. initial_loops : those of initialization mode, where they
-    are others.
+    are others. solvers : of the first, in their order; what they keep belongs to the state of a run.
     coupled, largest : places in Y that feed an input, and the largest size each has had in iterated runs.
     held : places in Y that are never extrapolated.
     """
@@ -179,6 +179,8 @@ class Network:
         self.largest[:] = 0.0
         for slave, values in zip(self.slaves, self.values, strict=True):
             slave.begin(values, t, stop)
+        for solver in (*self.solvers, *self._initial.solvers):  # a run must not depend on the one before
+            solver.jacobian = None
         Y = np.zeros(len(self.names))
         self._initial.settle(Y, t)
         for slave in self.slaves:
@@ -190,6 +192,7 @@ class Network:
         through = [s.feedthrough for s in self.slaves]
         self._evaluation = self._initial = Evaluation(self, through, self.feeds)
         self.loops, self.one_pass, self.order = self._evaluation.loops, self._evaluation.one_pass, self._evaluation.order
+        self.solvers = self._evaluation.solvers
         self.initial_loops: tuple[str, ...] = ()
         initial = [s.feedthrough if s.initial_feedthrough is None else s.initial_feedthrough for s in self.slaves]
         if any(not np.array_equal(a, b) for a, b in zip(through, initial, strict=True)):

@@ -11,7 +11,7 @@
 enum { U, Y, GAIN, FAULT_AT, N_REAL };
 enum { ADD, COUNT, MODE, MODE_OUT, FAULT, N_INTEGER };
 enum { ON, ON_OUT, N_BOOLEAN };
-enum { NONE, DISCARD, FAIL, FATAL, NOT_A_NUMBER, CRASH, HANG, LEAVE, AT_START };
+enum { NONE, DISCARD, FAIL, FATAL, NOT_A_NUMBER, CRASH, HANG, LEAVE, AT_START, QUIT };
 
 typedef struct {
     double real[N_REAL];
@@ -79,7 +79,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
                          t, s->text);
     s->time = t + h / 4;
     switch (s->integer[FAULT]) {
-        case DISCARD: return fmi2Discard;
+        case DISCARD: case QUIT: return fmi2Discard;
         case FAIL: return fmi2Error;
         case FATAL: return fmi2Fatal;
         case NOT_A_NUMBER: s->real[Y] = NAN; return fmi2OK;
@@ -95,7 +95,6 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Rea
     return fmi2OK;
 }
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
-    (void)c, (void)kind;
-    *value = fmi2False;
+    *value = kind == fmi2Terminated && ((Slave *)c)->integer[FAULT] == QUIT;
     return fmi2OK;
 }

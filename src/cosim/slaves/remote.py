@@ -27,7 +27,7 @@ import numpy as np
 
 from component.units import quantity
 from cosim.catalogue import unknown
-from cosim.errors import SlaveError
+from cosim.errors import EndRequest, SlaveError
 from cosim.slaves import child
 from cosim.slaves.base import Signal, Slave, StateSpace, Value
 from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
@@ -191,10 +191,11 @@ class RemoteSlave(Slave):
             self._link.send(kind, self._sequence, payload, PREPARATION)
             while True:
                 answer, sequence, content = self._link.receive(timeout or PREPARATION)
-                if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR):
+                if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END):
                     raise NonsenseError(f"{answer.name} with number {sequence} answers nothing")
                 if sequence == self._sequence:  # an older one comes too late
                     break
+            ended = float(array(content, 1)[0]) if answer == Kind.END else t
         except TimeoutError:
             if timeout is not None:
                 raise
@@ -205,6 +206,8 @@ class RemoteSlave(Slave):
             raise self._failed(t, self._gone(error)) from None
         if answer == Kind.ERROR:
             raise self._failed(t, content.decode(errors="replace"))
+        if answer == Kind.END:
+            raise EndRequest(self.name, ended)
         return content
 
     def _gone(self, error: Exception) -> str:

@@ -7,7 +7,7 @@ import sys
 from dataclasses import fields
 from typing import Any
 
-from cosim.errors import RunError
+from cosim.errors import EndRequest, RunError
 from cosim.slaves import child, open_slave
 from cosim.slaves.base import Signal, Slave
 from cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
@@ -34,7 +34,7 @@ def introduction(slave: Slave) -> dict[str, Any]:
 
 def serve(slave: Slave, link: Link) -> None:
     """Answer a master until it says BYE or is gone. The slave stays open."""
-    failed = ""
+    failed, ended = "", b""
     snapshots: dict[int, Any] = {}
     count = 0
     while True:
@@ -47,12 +47,12 @@ def serve(slave: Slave, link: Link) -> None:
         answer = b""
         try:
             if kind in (Kind.START, Kind.BEGIN):
-                failed = ""
+                failed, ended = "", b""
                 given = document(payload)
                 values = {n: tuple(v) if isinstance(v, list) else v for n, v in given["values"].items()}
                 begin = slave.initialize if kind == Kind.START else slave.begin
                 begin(values, float(given["t"]), float(given["stop"]))
-            elif failed:
+            elif failed or ended:
                 pass
             elif kind == Kind.FINISH:
                 slave.finish()
@@ -72,12 +72,15 @@ def serve(slave: Slave, link: Link) -> None:
                 slave.restore(snapshots[struct.unpack("<Q", payload)[0]])
             elif kind == Kind.DISCARD:
                 slave.discard(snapshots.pop(struct.unpack("<Q", payload)[0]))
+        except EndRequest as request:
+            ended = numbers(request.t)
         except (RunError, ValueError, KeyError, struct.error) as error:
             failed = str(error)
         if kind == Kind.STEP:
             continue
         try:
-            link.send(Kind.ERROR if failed else Kind.OK, sequence, failed.encode() if failed else answer)
+            told = (Kind.ERROR, failed.encode()) if failed else (Kind.END, ended) if ended else (Kind.OK, answer)
+            link.send(told[0], sequence, told[1])
         except OSError:
             return
 

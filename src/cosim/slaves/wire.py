@@ -18,10 +18,10 @@
 START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with
 `initial_feedthrough` what depends on what there; it gets BEGIN, then OUTPUT at t until all components agree, then FINISH.
 
-An answer has the kind OK, or ERROR with text, and the sequence number of its request, so that one that comes too late is
-known. Plain sockets of the standard library: one stream between two ends needs no more, any device can speak it (no pickle,
-no Python on the other side), nothing runs in a thread of its own, and a question and its answer cost some 20 us on one
-machine.
+An answer has the kind OK, ERROR with text, or END with t where the unit asks to end the run, and the sequence number of its
+request, so that one that comes too late is known. Plain sockets of the standard library: one stream between two ends needs no
+more, any device can speak it (no pickle, no Python on the other side), nothing runs in a thread of its own, and a question and
+its answer cost some 20 us on one machine.
 """
 
 import json
@@ -53,6 +53,7 @@ class Kind(IntEnum):
     FINISH = 10
     OK = 100
     ERROR = 101
+    END = 102
 
 
 class NonsenseError(ValueError):
