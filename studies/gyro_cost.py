@@ -48,16 +48,17 @@ def cost_and_gain(trajectory: Trajectory) -> dict[str, float]:
     gyro = {name: np.array([trajectory[f"gyro_{end}.{name}"] for end in ("front", "rear")])
             for name in ("gimbal_angle", "pitch_moment", "roll_moment", "yaw_moment", "motor_power")}  # fmt: skip
     Q, wear = (np.array([trajectory[f"vehicle.{w}_{what}"] for w in WHEELS]) for what in ("vertical_force", "wear_number"))
+    going = trajectory["vehicle.body_distance"] > BEFORE / 2  # what the start off the centre shakes has died away
     full = np.flatnonzero(trajectory["vehicle.curvature"] > 0.999 / RADIUS)
     steady = full[full.size // 2 :] if not found.verdict.derailed else full[:0]
     mean = (lambda values: values[..., steady].mean(axis=-1)) if steady.size else (lambda values: values[..., 0] * np.nan)
+    peak = {name: np.abs(values[:, going]).max(initial=0.0) for name, values in gyro.items()}
     return {
         "derailed": float(found.verdict.derailed), "ratio": found.worst.value if found.worst else np.nan,
-        "wear": wear.sum(axis=0)[trajectory["vehicle.curvature"] > 0.0].mean(), "lean": np.abs(gyro["gimbal_angle"]).max(),
+        "wear": wear.sum(axis=0)[trajectory["vehicle.curvature"] > 0.0].mean(), "lean": peak["gimbal_angle"],
         "steady_lean": mean(gyro["gimbal_angle"][0]), "steady_pitch": mean(gyro["pitch_moment"][0]),
-        "roll": np.abs(gyro["roll_moment"]).max(), "yaw": np.abs(gyro["yaw_moment"]).max(),
-        "power": np.abs(gyro["motor_power"]).max(), "front_load": mean(Q[0] + Q[1] - Q[2] - Q[3]) / 2,
-        "outer_load": mean(Q[1] + Q[3] - Q[0] - Q[2]) / 4,
+        "roll": peak["roll_moment"], "yaw": peak["yaw_moment"], "power": peak["motor_power"],
+        "front_load": mean(Q[0] + Q[1] - Q[2] - Q[3]) / 2, "outer_load": mean(Q[1] + Q[3] - Q[0] - Q[2]) / 4,
     }  # fmt: skip
 
 
