@@ -21,6 +21,7 @@ from cosim.master import Options, macro_steps, open_network, run
 from cosim.monolith import Monolith
 from cosim.packing import pack
 from cosim.recording import Recording
+from cosim.sweep import Sweep
 
 PAIR = system("wheel-pair")
 LATE, STEP = 64.0, 2.0**-9  # times and their differences are then exact, and so must be every bit of the results
@@ -133,6 +134,16 @@ def test_a_system_file_says_when_its_runs_begin(tmp_path: Path, cosim_json: Call
     assert (told["start"], told["stop"], told["steps"]) == (-0.5, 0.0, 500)
     assert (tmp_path / "r.csv").read_text().splitlines()[1].startswith("-0.5,")
     assert cosim_json("info", "late.ssp")["start"] == 2.5
+
+
+def test_a_sweep_begins_where_its_system_does() -> None:
+    """And a run from another start is another run."""
+    values = {"gyro.rotor_speed": "10rpm:300rpm:3"}
+    at_0, late = (Sweep(replace(PAIR, start=t), values, stop=2.0).plan() for t in (0.0, 1.5))
+    assert late.frame.system.start == 1.5
+    assert not set(at_0.runs) & set(late.runs)
+    with pytest.raises(ValueError, match="`stop` must be after `start` at 3 s, got 2 s"):
+        Sweep(replace(PAIR, start=3.0), values, stop=2.0).plan()
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ class Sweep:
         stop = self.system.stop if self.stop is None else self.stop
         steps = self.steps or (self.system.step,)
         for h in steps:
-            macro_steps(h, stop)
+            macro_steps(h, stop, self.system.start)
         for name in self.algorithms:
             for degree in self.orders:
                 algorithm(name, degree)
@@ -169,6 +169,8 @@ class Sweep:
             "stop_when": [asdict(condition) for condition in system.stop_when],
             "signals": list(signals),
         }
+        if system.start:
+            base["start"] = system.start
         if self.measure is not None:
             base["measure"] = self.measure.identity
             units |= {column: unit for column, unit in self.measure.columns.items() if unit}
