@@ -16,7 +16,7 @@ from cosim.recording import Recorder, Recording
 
 Progress = Callable[[float, float], None]
 HISTORY = 4  # rows of outputs before the newest that a chunk begins with
-FIRST_CHUNK = 16  # macro steps of the inner loop's first chunk
+FIRST_CHUNK = 4  # macro steps of the inner loop's first chunk
 PATIENCE = 0.05  # s between two chunks of the inner loop: progress, Ctrl-C and checkpoints wait so long at most
 CHUNK_NUMBERS = 1_000_000  # outputs held between two visits of the recorder
 
