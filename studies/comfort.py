@@ -31,8 +31,7 @@ HARMONICS, BEGIN, WINDOWS = 48, 10.0, 2 if SHORT else 12  # of the vehicle lrt_r
 STOP = BEGIN + WINDOWS * comfort.WINDOW
 speeds = "10,15" if SHORT else "6,12,18"  # m/s
 GYRO = {"off": 0.0, "on": 2000 * np.pi / 30}  # rad/s
-levels = ("low",) if SHORT else ("low", "high")
-seeds = range(1) if SHORT else range(5)
+levels, seeds = (("low",), range(1)) if SHORT else (("low", "high"), range(5))
 start = {v.name: v.start for v in catalogue.component("vehicle:lrt_rough").parameters}
 DROP = FLOOR - masses(start)[1]  # m, the floor from the centre of body and bogies; the same in both sets
 RMS = [f"{point}_{axis}_{k}" for point in POINTS for axis in "xyz" for k in range(WINDOWS)]
@@ -86,8 +85,7 @@ if __name__ == "__main__":
             n_mv, wear, stable = np.full((3, v.size), np.nan)
             for k in range(v.size):
                 here = table.where((table["vehicle.speed"] == v[k]) & np.isclose(table["gyro.rotor_speed"], spin))
-                even = here.where(here["case"] == "even")
-                drawn = here.where(np.char.startswith(here["case"], level))
+                even, drawn = here.where(here["case"] == "even"), here.where(np.char.startswith(here["case"], level))
                 stable[k] = even["derailed"][0] == 0.0 and even["late"][0] < SETTLED
                 lost = int(drawn["derailed"].sum())
                 if not lost:
@@ -99,21 +97,23 @@ if __name__ == "__main__":
                     "state": state, "N_MV": n_mv[k] if stable[k] else np.nan, "wear_number_N": wear[k],
                     "N_MV_against_the_flanges": np.nan if stable[k] else n_mv[k], "late_y_on_even_track_m": even["late"][0],
                 }  # fmt: skip
-                said = f"N_MV {n_mv[k]:.2f}, {comfort.verdict(n_mv[k])}; " if stable[k] and not lost else ""
-                print(f"  {v[k]:g} m/s, {level}, gyro {gyro}: {state}; {said}T gamma {wear[k]:.1f} N")
+                said = f"; N_MV {n_mv[k]:.2f}, {comfort.verdict(n_mv[k])}" if stable[k] and not lost else ""
+                print(f"  {v[k]:g} m/s, {level}, gyro {gyro}: {state}{said}" + ("" if lost else f"; T gamma {wear[k]:.0f} N"))
 
-            # ---- figure: filled where stable, hollow where the vehicle runs against its flanges
+            # ---- figure: filled where stable, hollow where the vehicle runs against its flanges, a cross where it derails
             style = {"color": figures.COLOURS[gyro == "off"], "linestyle": "-" if level == "low" else "--", "marker": "o"}
-            for ax, size in zip(column, (n_mv, wear), strict=True):
+            for ax, size, top in zip(column, (n_mv, wear), (27.0, 1750.0), strict=True):
                 ax.plot(v, np.where(stable == 1, size, np.nan), **style, label=f"gyro {gyro}, {level} level")
                 ax.plot(v, np.where(stable == 1, np.nan, size), **{**style, "linewidth": 0.6}, fillstyle="none")
-        column[0].set(yscale="log", ylabel="mean comfort N$_{MV}$ on the floor",
-                      title=f"set {name}: filled where stable on even track, hollow against the flanges")  # fmt: skip
-        column[1].set(yscale="log", xlabel="speed [m/s]", ylabel="T$\\gamma$ of all wheels, mean [N]")
-        column[0].set_yticks([1, 2, 5, 10, 20], ["1", "2", "5", "10", "20"])
+                ax.plot(v, np.where(np.isnan(size), top, np.nan), "x", color=style["color"])
+        column[0].set(yscale="log", ylim=(1, 30), title=f"set {name}", ylabel="mean comfort N$_{MV}$ on the floor")
+        column[1].set(yscale="log", ylim=(40, 2000), xlabel="speed [m/s]", ylabel="T$\\gamma$ of all wheels, mean [N]")
+        for ax, ticks in zip(column, ((1, 2, 5, 10, 20), (50, 100, 200, 500, 1000)), strict=True):
+            ax.set_yticks(ticks, map(str, ticks))
         column[1].legend(fontsize=8)
         for limit, word in comfort.SCALE[:-1]:
             column[0].axhline(limit, color="0.7", linewidth=0.8, linestyle=":")
             column[0].annotate(word, (v[-1], limit), va="top", ha="right", fontsize=7, color="0.4")
+    made.suptitle("filled: stable on even track; hollow: unstable, against the flanges; cross: derails", fontsize=10)
     figures.save(made, FOLDER / "comfort.png")
     (FOLDER / "comfort.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")

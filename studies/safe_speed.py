@@ -85,10 +85,10 @@ if __name__ == "__main__":
                 "highest_safe": below if np.isfinite(below) else None, "lowest_unsafe": unsafe if np.isfinite(unsafe) else None,
                 "safe_above_it": above,
             }  # fmt: skip
-            words = f"{below:.2f} m/s" if np.isfinite(below) else f"none, not even {min(scanned):g} m/s"
-            words = words if np.isfinite(unsafe) else f"all to {max(scanned):g} m/s"
-            also = f"; also {', '.join(f'{v:g}' for v in above)} m/s" if above else ""
-            print(f"set {name}, R = {line[0]:g} m, gyro {line[1]}, {line[2]}: safe up to {words}{also}")
+            words = f"safe up to {below:.2f} m/s" if np.isfinite(below) else f"not safe at {min(scanned):g} m/s, the slowest"
+            words = words if np.isfinite(unsafe) else f"safe at all speeds to {max(scanned):g} m/s"
+            also = f"; safe again at {', '.join(f'{v:g}' for v in above)} m/s" if above else ""
+            print(f"set {name}, R = {line[0]:g} m, gyro {line[1]}, {line[2]}: {words}{also}")
 
         # ---- figure: lines are the highest safe speeds, rings the safe ones above, an arrow where even the slowest is unsafe
         for gyro, colour in zip(GYRO, figures.COLOURS[1::-1] if len(GYRO) == 2 else figures.COLOURS, strict=False):
