@@ -6,8 +6,7 @@ The run calls the FMU's functions directly, on arrays that are bound once.
 import ctypes
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,31 +15,15 @@ from cosim.errors import SlaveError
 from cosim.slaves.base import Slave, StateSpace, Value
 from cosim.slaves.description import Row
 from cosim.slaves.events import Note
+from cosim.slaves.groups import Group, group, groups
 from cosim.slaves.library import STATUS, Library, Log
 from cosim.slaves.opened import OpenedFmu
 from cosim.slaves.states import States
-from cosim.slaves.variables import carried, names, read
+from cosim.slaves.variables import by_variable, carried
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
 POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
-EXACT = 2**53  # integers up to here are exact in float64
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
-
-
-@dataclass(frozen=True, eq=False)
-class Group:
-    """Inputs or outputs of one FMI type: their places in u or y, a buffer, and the calls that move it, as call(instance).
-
-    wide : integers that may be beyond what float64 holds exactly.
-    """
-
-    rows: tuple[Row, ...]
-    places: slice | np.ndarray
-    buffer: np.ndarray
-    get: Callable[[Any], int]
-    set: Callable[[Any], int]
-    label: str
-    wide: bool
 
 
 class FmuSlave(Slave):
@@ -118,28 +101,9 @@ class FmuSlave(Slave):
         self.inputs, self.outputs, self.settable = face.inputs, face.outputs, face.settable
         self.excluded, self.feedthrough, self.initial_feedthrough = face.excluded, face.feedthrough, face.initial_feedthrough
         self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
-        self._input_groups, self._output_groups = (self._groups(carried(d, kind)) for kind in ("input", "output"))
-
-    def _groups(self, rows: Sequence[Row]) -> list[Group]:
-        """The variables sorted by the FMI functions that move them."""
-        places: dict[str, list[int]] = {}
-        members: dict[str, list[Row]] = {}
-        count = 0
-        for row in rows:
-            suffix = self.types[row.type][1]
-            members.setdefault(suffix, []).append(row)
-            places.setdefault(suffix, []).extend(range(count, count + row.size))
-            count += row.size
-        return [self._group(suffix, members[suffix], places[suffix]) for suffix in members]
-
-    def _group(self, suffix: str, rows: Sequence[Row], places: Sequence[int] = ()) -> Group:
-        buffer = np.zeros(sum(row.size for row in rows), dtype=self.types[rows[0].type][0])
-        references = (ctypes.c_uint * len(rows))(*(row.reference for row in rows))
-        get, set_ = self._moves(suffix, references, len(rows), buffer)
-        whole = list(places) == list(range(places[0], places[0] + len(places))) if places else True
-        where = slice(places[0], places[0] + len(places)) if whole and places else np.array(places, dtype=int)
-        wide = buffer.dtype.kind in "iu" and buffer.dtype.itemsize == 8
-        return Group(tuple(rows), where, buffer, get, set_, f"{self.prefix}Set{suffix}", wide)
+        self._input_groups, self._output_groups = (
+            groups(carried(d, kind), self.types, self.prefix, self._moves) for kind in ("input", "output")
+        )
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""
@@ -154,8 +118,8 @@ class FmuSlave(Slave):
     def _address(self, name: str) -> int:
         return ctypes.cast(self._opened.library.function(name), POINTER).value or 0
 
-    def _references(self, groups: Sequence[Group]) -> np.ndarray:
-        return np.array([row.reference for group in groups for row in group.rows], dtype=np.uint32)
+    def _references(self, parts: Sequence[Group]) -> np.ndarray:
+        return np.array([row.reference for part in parts for row in part.rows], dtype=np.uint32)
 
     # ---- the run
 
@@ -165,7 +129,7 @@ class FmuSlave(Slave):
         self._instance = self._instantiate()
         if self._instance is None:
             raise SlaveError(self.name, t, 0.0, f"{self.prefix}Instantiate gave no instance", self.log.said())
-        for row, given in self._gathered(values):
+        for row, given in by_variable(self._rows, values):
             self._set_start(row, given, t)
         self._enter_initialization(t, stop)
         self._start, self._mode = t, INITIALIZATION
@@ -176,39 +140,27 @@ class FmuSlave(Slave):
         self._leave_initialization(self._start)
         self._running, self._told = True, 0
 
-    def _gathered(self, values: Mapping[str, Value]) -> Iterator[tuple[Row, list[Value]]]:
-        """Variables with the values of all their elements, from values for them as a whole and for single elements."""
-        whole: dict[str, list[Value]] = {}
-        for name, value in values.items():
-            if name in self._rows:
-                row = self._rows[name]
-                whole[name] = list(value) if isinstance(value, tuple) else [value]
-        for name, value in values.items():
-            if name not in self._rows:
-                row = self._rows[name[: name.rindex("[")]]
-                elements = whole.setdefault(row.name, [read(row, text) for text in row.start] or [0.0] * row.size)
-                elements[names(row).index(name)] = value
-        return ((self._rows[name], elements) for name, elements in whole.items())
-
     def _set_start(self, row: Row, values: list[Value], t: float) -> None:
         if row.type in ("String", "Binary"):
             self._set_text(row, values)
             return
-        group = self._group(self.types[row.type][1], [row])
-        group.buffer[:] = values
-        self.check(group.set(self._instance), f"{group.label} of {row.name!r}", t, 0.0)
+        one = group([row], (), self.types, self.prefix, self._moves)
+        one.buffer[:] = values
+        self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         instance = self._instance
         if u.size:
             self._put(u, t, 0.0)
-        for group in self._output_groups:
-            status = group.get(instance)
+        for part in self._output_groups:
+            status = part.get(instance)
             if status > 1:
-                self.check(status, group.label.replace("Set", "Get"), t, 0.0)
-            if group.wide:
-                self._refuse_inexact(group, t)
-            self._y[group.places] = group.buffer
+                self.check(status, part.label.replace("Set", "Get"), t, 0.0)
+            if part.wide and (rounded := part.rounded()) is not None:
+                name = self.outputs[rounded[0]].name
+                reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {rounded[1]}"
+                raise SlaveError(self.name, t, 0.0, reason, self.log.said())
+            self._y[part.places] = part.buffer
         if not math.isfinite(np.add.reduce(self._y)):
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
@@ -216,21 +168,12 @@ class FmuSlave(Slave):
                     raise SlaveError(self.name, t, 0.0, reason, self.log.said())
         return self._y.copy()
 
-    def _refuse_inexact(self, group: Group, t: float) -> None:
-        """SlaveError for an integer that would be rounded."""
-        for value in (int(group.buffer.max(initial=0)), int(group.buffer.min(initial=0))):
-            if abs(value) > EXACT:
-                element = int(np.flatnonzero(group.buffer == value)[0])
-                name = self.outputs[int(np.arange(self._y.size)[group.places][element])].name
-                reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {value}"
-                raise SlaveError(self.name, t, 0.0, reason, self.log.said())
-
     def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
-        for group in self._input_groups:
-            group.buffer[:] = u[group.places]
-            status = group.set(self._instance)
+        for part in self._input_groups:
+            part.buffer[:] = u[part.places]
+            status = part.set(self._instance)
             if status > 1:
-                self.check(status, group.label, t, h)
+                self.check(status, part.label, t, h)
 
     def jacobian(self) -> np.ndarray | None:
         if not self._differentiable:
@@ -246,7 +189,7 @@ class FmuSlave(Slave):
 
     def state_space(self) -> StateSpace | None:
         states = self.description.states
-        plain = all(row.size == 1 for group in (*self._input_groups, *self._output_groups) for row in group.rows)
+        plain = all(row.size == 1 for part in (*self._input_groups, *self._output_groups) for row in part.rows)
         if not self._differentiable or not plain or any(not s.smooth for s in (*self.inputs, *self.outputs)):
             return None
         if self._output_groups and len(self._output_groups) != 1:

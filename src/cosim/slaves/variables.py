@@ -1,6 +1,6 @@
 """From an FMU's description to the signals that the master sees."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cosim.slaves.description import REAL, Description, Row
-from cosim.slaves.signal import Signal, Type
+from cosim.slaves.signal import Signal, Type, Value
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 _NOT_CARRIED = ("String", "Binary", "Clock")
@@ -99,6 +99,20 @@ def names(row: Row) -> list[str]:
     if not row.shape:
         return [row.name]
     return [f"{row.name}[{','.join(map(str, index))}]" for index in product(*(range(1, n + 1) for n in row.shape))]
+
+
+def by_variable(rows: Mapping[str, Row], values: Mapping[str, Value]) -> Iterator[tuple[Row, list[Value]]]:
+    """Variables with the values of all their elements, from values for them as a whole and for single elements."""
+    whole: dict[str, list[Value]] = {}
+    for name, value in values.items():
+        if name in rows:
+            whole[name] = list(value) if isinstance(value, tuple) else [value]
+    for name, value in values.items():
+        if name not in rows:
+            row = rows[name[: name.rindex("[")]]
+            elements = whole.setdefault(row.name, [read(row, text) for text in row.start] or [0.0] * row.size)
+            elements[names(row).index(name)] = value
+    return ((rows[name], elements) for name, elements in whole.items())
 
 
 def read(row: Row, text: str) -> Any:
