@@ -38,7 +38,9 @@ class LoopSolver:
         for iteration in range(50):
             residual = self._evaluated(Y, z, t) - z
             if not np.any(np.abs(residual) > 1e-12 * np.maximum(1.0, np.abs(z))):
-                Y[self._places] = z + residual
+                # What is left is an error of residual / (1 - gain): one more step of Newton takes it away for any gain.
+                J = np.zeros((z.size, z.size)) if self.jacobian is None else self.jacobian
+                Y[self._places] = z + np.linalg.lstsq(np.eye(z.size) - J, residual)[0]
                 return
             if self.jacobian is None or iteration % 5 == 4:
                 self.jacobian = self._differences(Y, z, z + residual, t)

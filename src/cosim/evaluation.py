@@ -1,6 +1,7 @@
 """How all outputs of a network become consistent with the inputs that they cause: an order of slaves, algebraic loops solved."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,6 +11,19 @@ from cosim.errors import ConvergenceError
 
 EXCHANGES = 50  # rounds after which inputs and outputs at the start must agree
 AGREEMENT = 1e-10  # relative; loops are solved to 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Slaves to evaluate one after another, then loops to solve.
+
+    solved : places in Y of the loops that have been solved by then. Evaluating their slaves again must leave them: it would
+    multiply what is left of their error by the loop's gain. None: there are none.
+    """
+
+    slaves: Sequence[int]
+    solvers: Sequence[LoopSolver] = ()
+    solved: np.ndarray | None = None
 
 
 class Evaluation:
@@ -34,26 +48,37 @@ class Evaluation:
         found = loops(needs, needs)
         self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in found)
         self.solvers = [LoopSolver(network, group) for group in found]
-        solvers = {int(owner[group[0]]): solver for group, solver in zip(found, self.solvers, strict=True)}
-        self._groups: list[tuple[list[int], list[LoopSolver]]] = []
-        self.one_pass = True
-        for group in strong_components(range(len(network.slices)), sources):
-            inside = [solvers[i] for i in group if i in solvers]
-            # Slaves may need one another although no signal needs itself: then every chain is passed in len(group) sweeps.
-            self.one_pass = self.one_pass and len(group) == 1
-            self._groups.append((group if len(group) == 1 else group * len(group), inside))
-        self.order = tuple(dict.fromkeys(i for group, _ in self._groups for i in group))
+        groups = strong_components(range(len(network.slices)), sources)
+        self.one_pass = all(len(group) == 1 for group in groups)
+        self.order = tuple(i for group in groups for i in group)
         joined = {i for ends in feeds.values() for i, _ in ends} | {int(owner[k]) for k in feeds}
-        self._joined = [(group, inside) for group, inside in self._groups if joined & set(group)]
+        self._stages: list[Stage] = []
+        self._joined: list[Stage] = []
+        of_slave: dict[int, list[tuple[list[int], LoopSolver]]] = {}
+        for places, solver in zip(found, self.solvers, strict=True):
+            of_slave.setdefault(int(owner[places[0]]), []).append((places, solver))
+        for group in groups:
+            inside = [loop for i in group for loop in of_slave.get(i, ())]
+            stages = _stages(group, inside, needs, owner)
+            self._stages += stages
+            self._joined += stages if joined & set(group) else []
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
-        for group, solvers in self._groups:
-            for solver in solvers:
-                solver.solve(Y, t)
-            for i in group:
-                self._network.evaluate(i, Y, t)
+        self._pass(self._stages, Y, t)
         return Y
+
+    def _pass(self, stages: Sequence["Stage"], Y: np.ndarray, t: float) -> None:
+        for stage in stages:
+            for i in stage.slaves:
+                if stage.solved is None:
+                    self._network.evaluate(i, Y, t)
+                else:
+                    solution = Y[stage.solved]
+                    self._network.evaluate(i, Y, t)
+                    Y[stage.solved] = solution
+            for solver in stage.solvers:
+                solver.solve(Y, t)
 
     def settle(self, Y: np.ndarray, t: float) -> None:
         """The same for slaves in initialization mode, as far as something is connected to them; every input is set at last.
@@ -66,16 +91,39 @@ class Evaluation:
             if not changed.any():
                 return
             before = Y.copy()
-            for group, solvers in self._joined:
-                for solver in solvers:
-                    solver.solve(Y, t)
-                for i in group:
-                    self._network.evaluate(i, Y, t)
+            self._pass(self._joined, Y, t)
             changed = np.abs(Y - before) > AGREEMENT * np.maximum(1.0, np.abs(Y))
         raise ConvergenceError(
             f"inputs and outputs must agree in initialization mode at t = {t:.9g} s, "
             f"{self._network.names[int(np.argmax(changed))]} still changes after {EXCHANGES} exchanges"
         )
+
+
+def _stages(
+    group: list[int], inside: Sequence[tuple[list[int], LoopSolver]], needs: Mapping[int, Sequence[int]], owner: np.ndarray
+) -> list[Stage]:
+    """How a group of slaves that need one another is evaluated; `inside` are the loops in it, with their solvers.
+
+    Without a loop every chain from slave to slave is passed in as many sweeps as there are slaves. With loops, signals are
+    taken in levels, each after all that it needs; a last sweep gives every slave its inputs.
+    """
+    if not inside:
+        return [Stage(group if len(group) == 1 else group * len(group))]
+    places = [int(k) for k in np.flatnonzero(np.isin(owner, group))]
+    within = {y: [k for k in needs.get(y, ()) if owner[k] in group] for y in places}
+    level: dict[int, int] = {}
+    for signals in strong_components(places, within):
+        above = [level[k] for y in signals for k in within[y] if k in level]
+        level |= dict.fromkeys(signals, 1 + max(above, default=-1))
+    looping = {k for signals, _ in inside for k in signals}
+    stages: list[Stage] = []
+    solved: list[int] = []
+    for step in range(max(level[k] for k in places) + 1):
+        slaves = dict.fromkeys(int(owner[k]) for k in places if level[k] == step and k not in looping)
+        due = [(signals, solver) for signals, solver in inside if level[signals[0]] == step]
+        stages.append(Stage(list(slaves), [solver for _, solver in due], np.array(solved, dtype=int) if solved else None))
+        solved += [k for signals, _ in due for k in signals]
+    return [*stages, Stage(group, (), np.array(solved, dtype=int))]
 
 
 def _needs(
