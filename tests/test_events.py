@@ -164,3 +164,7 @@ def test_the_command_line_tells_of_events(tmp_path: Path, cosim: Callable[..., A
     assert told["events"] == {"total": 4, "components": {"ball": 4}}
     assert "events: 4 (ball 4)" in cosim("run", "ball.ssp", "--stop", "2", "--step", "10ms")[1]
     assert cosim_json("run", "wheel-pair", "--stop", "0.1")["events"] == {"total": 0, "components": {}}
+    pack(one(small_fmus.ball(tmp_path), last=2), tmp_path / "twice.ssp")
+    code, out, err = cosim("run", "twice.ssp", "--stop", "2", "--step", "10ms", "--certify")
+    assert (code, err) == (0, "cosim: no certificate: the run has ended before its time\n")
+    assert out.startswith("component 'ball' asks to end the run at t = 1.08")

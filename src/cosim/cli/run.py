@@ -144,6 +144,8 @@ def command(
         told["realtime"] = pacer.report().document()
         words.append(pacer.report().words())
     say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
+    if certify and run.status == "ended":
+        console().print("cosim: no certificate: the run has ended before its time", markup=False, soft_wrap=True)
     if uncertified:
         console().print(f"cosim: {uncertified}", markup=False, soft_wrap=True)
     return 0 if run.status in ("done", "ended") and not uncertified else 1

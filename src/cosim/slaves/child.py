@@ -46,4 +46,6 @@ def belongs() -> bool:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
+    if sys.platform == "win32":  # in a virtual environment the parent there is a launcher
+        return True
     return os.getppid() == int(sys.argv[-1])
