@@ -123,6 +123,10 @@ def test_certificate_and_ladder_are_those_of_a_run_from_zero() -> None:
     ]
     assert ladders[0].ladders[0].errors == ladders[1].ladders[0].errors
     assert ladders[1].ladders[0].observed_order == pytest.approx(2.0, abs=0.1)
+    with pytest.raises(
+        ValueError, match=r"`stop` must be a multiple of the coarsest step 0\.3 s after the start at 64 s, got 65 s"
+    ):
+        converge(replace(plan, start=LATE), [Jacobi(1)], step=0.3, rungs=2, stop=LATE + 1.0, in_process=True)
 
 
 def test_a_system_file_says_when_its_runs_begin(tmp_path: Path, cosim_json: Callable[..., dict[str, Any]]) -> None:

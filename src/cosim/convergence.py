@@ -60,7 +60,8 @@ def converge(
     n = macro_steps(step, stop, system.start)
     length = stop - system.start
     if abs(n * step - length) > 1e-9 * length:
-        raise ValueError(f"the runs' length must be a multiple of the coarsest step {step:g} s, got {length:g} s")
+        since = f" after the start at {system.start:g} s" if system.start else ""
+        raise ValueError(f"`stop` must be a multiple of the coarsest step {step:g} s{since}, got {stop:g} s")
     if rungs < 2:
         raise ValueError(f"`rungs` must be at least 2, got {rungs}")
     monolith = Monolith(system)
