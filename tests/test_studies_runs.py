@@ -56,7 +56,10 @@ def same(found: Any, norm: Any) -> None:
         assert found == norm
 
 
-@pytest.mark.parametrize("study", ["derailment_map", "safe_speed", "gyro_cost", "comfort"])
+@pytest.mark.parametrize("study", [
+    "derailment_map", "safe_speed", "gyro_cost",
+    pytest.param("comfort", marks=pytest.mark.slow),  # it builds the FMU with 192 harmonics first
+])  # fmt: skip
 def test_the_short_study_meets_its_norms(short: Callable[[str], dict[str, Any]], study: str) -> None:
     norm = json.loads((ROOT / "tests" / "norms" / f"{study}.json").read_text())
     assert norm.pop("command") == f"python studies/{study}.py --short"
