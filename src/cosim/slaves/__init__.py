@@ -39,9 +39,13 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
 
 def open_fmu(name: str, location: str, shelf: "Shelf | None" = None) -> Slave:
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
-    from cosim.slaves.fmi2 import Fmi2Slave
-    from cosim.slaves.fmi3 import Fmi3Slave
     from cosim.slaves.opened import Shelf
 
     opened = (shelf or Shelf()).take(location)
-    return (Fmi3Slave if opened.description.version == "3" else Fmi2Slave)(name, opened)
+    if opened.description.version == "3":
+        from cosim.slaves.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, opened)
+    from cosim.slaves.fmi2 import Fmi2Slave
+
+    return Fmi2Slave(name, opened)
