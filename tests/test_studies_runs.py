@@ -114,11 +114,16 @@ def test_energy_and_momentum_of_a_rotor(short: Callable[[str], dict[str, Any]]) 
     assert found["energy_of_a_rotor_J"][1] == pytest.approx(22.04 * omega**2 / 2)
 
 
-@pytest.mark.parametrize(("signal", "axis", "lever"), [
-    ("lateral_velocity", "y", 1.0), ("vertical_velocity", "z", 1.0), ("speed_deviation", "x", 1.0), ("yaw_rate", "y", 3.0),
-    ("pitch_rate", "z", 3.0),
+RATE = 2 * np.pi * 1.4  # 1/s
+
+
+@pytest.mark.parametrize(("signal", "axis", "felt"), [
+    ("lateral_velocity", "y", RATE), ("vertical_velocity", "z", RATE), ("speed_deviation", "x", RATE),
+    ("yaw_rate", "y", RATE * 3.0), ("pitch_rate", "z", RATE * 3.0),  # over the pivots
+    ("roll_rate", "y", RATE * (3550.0 / 3000.0 - 0.35)),  # under the centre of body (2 t, 1.5 m) and bogies (1 t, 0.55 m)
+    ("roll_angle", "y", 9.81),
 ])  # fmt: skip
-def test_what_is_felt_on_the_floor(monkeypatch: pytest.MonkeyPatch, signal: str, axis: str, lever: float) -> None:
+def test_what_is_felt_on_the_floor(monkeypatch: pytest.MonkeyPatch, signal: str, axis: str, felt: float) -> None:
     """A body that moves as a sine in one freedom: the study's windows hold what the standard makes of that sine."""
     monkeypatch.setattr(sys, "argv", ["comfort.py", "--short"])
     place = importlib.util.spec_from_file_location("comfort_study", ROOT / "studies" / "comfort.py")
@@ -129,13 +134,12 @@ def test_what_is_felt_on_the_floor(monkeypatch: pytest.MonkeyPatch, signal: str,
     t = np.arange(0.0, study.STOP + 5e-4, 1e-3)
     body = [f"vehicle.body_{name}" for name in study.MOTION]
     rest = [f"vehicle.{wheel}_wear_number" for wheel in study.WHEELS] + ["vehicle.derailed", "vehicle.front_lateral_displacement"]
-    f, size = 1.4, 0.05
-    moving = np.where(np.array(body)[:, None] == f"vehicle.body_{signal}", size * np.sin(2 * np.pi * f * t), 0.0)
+    moving = np.where(np.array(body)[:, None] == f"vehicle.body_{signal}", 0.05 * np.sin(RATE * t), 0.0)
     values = np.vstack([moving, np.zeros((len(rest), t.size))]).T
     windows = study.ride(Trajectory(t, (*body, *rest), ("1",) * values.shape[1], values))
     rms = {a: np.array([windows[f"front_{a}_{k}"] for k in range(study.WINDOWS)]) for a in "xyz"}
-    weight = abs((W_B if axis == "z" else W_D).response(np.array(f)))
-    expected = 2 * np.pi * f * size * lever / np.sqrt(2) * weight
+    weight = abs((W_B if axis == "z" else W_D).response(np.array(RATE / (2 * np.pi))))
+    expected = 0.05 * felt / np.sqrt(2) * weight
     assert rms[axis] == pytest.approx(expected, rel=2e-3)  # the filter's start and the difference quotient
     if signal != "pitch_rate":  # which moves the floor along x too, below the centre
         assert mean_comfort(rms["x"], rms["y"], rms["z"]) == pytest.approx(6 * expected, rel=2e-3)
