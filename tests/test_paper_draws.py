@@ -188,8 +188,11 @@ def test_what_is_found_is_what_was_put_in() -> None:
     assert found["C1", ""].share.count == pytest.approx(80, abs=12)
     assert found["C2", ""].share == chance.wilson(199, 199)
     assert [shown.target for shown in found["C1", "high"].deciding] == ["m.alpha"]
-    assert found["C1", "high"].deciding[0].rho == pytest.approx(1.0)
-    assert found["C1", "low"].deciding[0].rho == pytest.approx(-1.0)
+    assert found["C1", "high"].deciding[0].rho == pytest.approx(np.sqrt(3) / 2, abs=0.01)  # of a half with its ranks
+    assert found["C1", "low"].deciding[0].rho == pytest.approx(-np.sqrt(3 * 0.2 * 0.8), abs=0.02)  # of a fifth
+    few = {(f.claim, f.part): f for f in findings(*made(15))}["C1", "high"]  # too few on either side: the margin is alpha itself
+    assert [(i.target, i.rho) for i in few.deciding] == [("m.alpha", pytest.approx(1.0))]
+    assert "; its margin moves with alpha (+1.00)" in few.text
     assert [i.target for i in found["C1", ""].deciding] == ["m.alpha", "m.beta"]
     assert found["C1", ""].middle is False  # alpha is not OVER a half there
     assert found["C1", "low"].middle is True

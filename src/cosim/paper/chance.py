@@ -62,7 +62,7 @@ class Influence:
 
 
 def influences(parameters: dict[str, np.ndarray], margin: np.ndarray) -> tuple[Influence, ...]:
-    """Of each parameter, shape (n,), on the margin, shape (n,), which may be infinite; the strongest first.
+    """Of each parameter, shape (n,), on a margin or a truth of 1 or 0, shape (n,), which may be infinite; the strongest first.
 
     Rows where the margin is nan are left out. Where it does not vary, or fewer than four rows are left, there are none.
     """

@@ -1,11 +1,14 @@
 """How far does each claim hold? From the rows of a study of draws: shares, what decides them, the middle, and a ranking.
 
-A claim holds in a draw where all its parts do; its margin is that of its worst part. The ranking orders draws by how many parts
-of all claims come out at once: the rule by which a parameter set can be chosen from the open ranges and found again.
+A claim holds in a draw where all its parts do; its margin is that of its worst part. What decides it is what its truth
+correlates with. Where nearly all draws agree, truth tells nothing, and the margin says at least what moves it: among draws that
+fail, though, it may be a matter of size only (the amplitude of a hunting vehicle grows with the clearance of its flanges).
+The ranking orders draws by how many parts of all claims come out at once: the rule by which a parameter set can be chosen from
+the open ranges and found again.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,11 +18,15 @@ from cosim.paper.open_parameters import TIED, coordinates
 from cosim.sweep.table import Table
 
 MOST = 3  # parameters that a sentence names
+EITHER = 10  # draws at least in which a claim holds, and does not, for its truth to be correlated with anything
 
 
 @dataclass(frozen=True)
 class Finding:
-    """How far a claim, or a part of it, holds for one kind of wheels. middle : whether it does at the middle of all ranges."""
+    """How far a claim, or a part of it, holds for one kind of wheels. middle : whether it does at the middle of all ranges.
+
+    influences : on its truth where `mixed`, else on its margin.
+    """
 
     claim: str
     part: str  # "" for the whole claim
@@ -27,6 +34,11 @@ class Finding:
     share: Share
     influences: tuple[Influence, ...]
     middle: bool | None
+
+    @property
+    def mixed(self) -> bool:
+        """Whether it holds in enough draws, and fails in enough, to ask what decides."""
+        return min(self.share.count, self.share.judged - self.share.count) >= EITHER
 
     @property
     def deciding(self) -> tuple[Influence, ...]:
@@ -38,10 +50,9 @@ class Finding:
         """For people."""
         words = f"holds {self.share.text}"
         moved = ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in self.deciding)
-        mixed = 0 < self.share.count < self.share.judged
         if moved:
-            words += f"; decided by {moved}" if mixed else f"; its margin moves with {moved}"
-        elif mixed:
+            words += f"; decided by {moved}" if self.mixed else f"; its margin moves with {moved}"
+        elif self.mixed:
             words += "; no parameter decides it beyond chance"
         if self.middle is not None:
             words += f"; at the middle of all ranges it {'holds' if self.middle else 'does not'}"
@@ -89,7 +100,9 @@ def _finding(study: Study, table: Table, claim: str, part: str, wheels: str) -> 
     at_middle = margin[centre]
     middle = None if not at_middle.size or np.isnan(at_middle[0]) else bool(at_middle[0] > 0.0)
     share = wilson(int((here > 0.0).sum()), int((~np.isnan(here)).sum()))
-    return Finding(claim, part, wheels, share, influences(columns, here), middle)
+    found = Finding(claim, part, wheels, share, (), middle)
+    truth = np.where(np.isnan(here), np.nan, here > 0.0)
+    return replace(found, influences=influences(columns, truth if found.mixed else here))
 
 
 def ranking(study: Study, table: Table) -> list[Ranked]:

@@ -59,7 +59,10 @@ def _bars(found: Sequence[Finding], row: tuple[str, str]) -> int:
 
 
 def correlations(found: Sequence[Finding]) -> "Figure":
-    """Rank correlation of each parameter (rows) with the margin of each claim (columns); numbers where it is more than chance."""
+    """Rank correlation of each parameter (rows) with the truth of each claim (columns); numbers where it is more than chance.
+
+    Where nearly all draws agree it is the correlation with the claim's margin, and the column says so.
+    """
     whole = [f for f in found if not f.part]
     wheels = list(dict.fromkeys(f.wheels for f in whole))
     whole = [f for name in wheels for f in whole if f.wheels == name]
@@ -81,7 +84,7 @@ def correlations(found: Sequence[Finding]) -> "Figure":
                 ax.text(column, row, f"{rho:+.2f}", ha="center", va="center", fontsize=7,
                         color="white" if abs(rho) > 0.6 else "black")  # fmt: skip
     ax.set_yticks(range(len(targets)), [shown(targets[place]) for place in order], fontsize=8)
-    ax.set_xticks(range(len(whole)), [f.claim for f in whole], fontsize=9)
+    ax.set_xticks(range(len(whole)), [f.claim if f.mixed else f"{f.claim}\nmargin" for f in whole], fontsize=9)
     ax.grid(visible=False)
     edges = np.flatnonzero([a.wheels != b.wheels for a, b in pairwise(whole)])
     for edge in edges:
@@ -89,5 +92,5 @@ def correlations(found: Sequence[Finding]) -> "Figure":
     for name in wheels:
         places = [column for column, f in enumerate(whole) if f.wheels == name]
         ax.text(float(np.mean(places)), -0.8, name, ha="center", va="bottom", fontsize=9)
-    made.colorbar(drawn, ax=ax, label="Spearman's rank correlation with the claim's margin", pad=0.02)
+    made.colorbar(drawn, ax=ax, label="Spearman's rank correlation with the claim's truth", pad=0.02)
     return made

@@ -26,6 +26,7 @@ def page(study: Study, table: Table) -> str:
         "Parts of the claims:",
         _parts([f for f in found if f.part]),
         *_derailments(study, table),
+        *_medians(study, table),
         f"Ranking by the parts that come out at once, of {sum(map(len, subject.claims.values()))}:",
         _ranking(study, table, ranked),
         "The best draws:",
@@ -45,10 +46,17 @@ def _claims(study: Study, table: Table, found: Sequence[Finding]) -> str:
             "at the middle")  # fmt: skip
     return table_of(head, (
         (f.claim, f.wheels, f"{f.share.count} of {f.share.judged}", f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
-         ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in f.deciding) or "none beyond chance",
-         _thirds(study, table, f), "-" if f.middle is None else "holds" if f.middle else "does not")
+         _decided(f), _thirds(study, table, f), "-" if f.middle is None else "holds" if f.middle else "does not")
         for f in found
     ))  # fmt: skip
+
+
+def _decided(finding: Finding) -> str:
+    """The parameters, and whether they move the margin only."""
+    if not finding.deciding:
+        return "none beyond chance"
+    names = ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in finding.deciding)
+    return names if finding.mixed else f"margin only: {names}"
 
 
 def _thirds(study: Study, table: Table, finding: Finding) -> str:
@@ -72,7 +80,7 @@ def _parts(found: Sequence[Finding]) -> str:
     return table_of(head, (
         (f.claim, f.part, f.wheels, f"{f.share.count} of {f.share.judged}",
          f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
-         ", ".join(f"{shown(i.target)} ({i.rho:+.2f})" for i in f.deciding) or "none beyond chance")
+         _decided(f))
         for f in found
     ))  # fmt: skip
 
@@ -92,6 +100,23 @@ def _derailments(study: Study, table: Table) -> list[str]:
                          int((off & ~on).sum()), int((~off & on).sum()), int(judged.sum())))  # fmt: skip
     head = ("case", "wheels", "derails off", "derails on", "off derails, on passes", "off passes, on derails", "draws")
     return ["Derailments:", table_of(head, rows)] if rows else []
+
+
+def _medians(study: Study, table: Table) -> list[str]:
+    """Of everything that is measured with the gyro off and on: its median over the draws, in either state."""
+    units = study.subject.measures
+    pairs = [
+        (off, off.replace(" off: ", " on: ", 1)) for off in units if " off: " in off and not off.endswith((": climb", ": t"))
+    ]
+    rows = []
+    for off, on in pairs:
+        case, key = off.split(" off: ")
+        for wheels in study.subject.wheels:
+            here = (table["kind"] == DRAW) & (table["wheels"] == wheels)
+            values = (float(np.nanmedian(table[column][here])) for column in (off, on))
+            rows.append((case, key, wheels, units[off], *(f"{v:.3g}" if np.isfinite(v) else "most derail" for v in values)))
+    head = ("case", "measure", "wheels", "unit", "off", "on")
+    return ["Medians over the draws, gyro off and on:", table_of(head, rows)] if rows else []
 
 
 def _ranking(study: Study, table: Table, ranked: Sequence[Ranked]) -> str:
@@ -134,6 +159,7 @@ def document(study: Study, table: Table) -> dict[str, Any]:
         "findings": [
             {"claim": f.claim, "part": f.part, "wheels": f.wheels, "count": f.share.count, "judged": f.share.judged,
              "low": f.share.low, "high": f.share.high, "middle": f.middle,
+             "correlated": "truth" if f.mixed else "margin",
              "correlations": {i.target: {"rho": i.rho, "partial": _number(i.partial), "p": i.p} for i in f.influences}}
             for f in findings(study, table)
         ],
