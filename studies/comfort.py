@@ -54,7 +54,7 @@ def ride(trajectory: Trajectory) -> dict[str, float]:
         for axis, a, weighting in (("x", a_x, comfort.W_D), ("y", a_y, comfort.W_D), ("z", a_z, comfort.W_B)):
             felt = comfort.window_rms(comfort.weighted(a, t, weighting)[t >= BEGIN], t[t >= BEGIN])
             rms |= {f"{point}_{axis}_{k}": value for k, value in enumerate(felt)}
-    wear = sum(trajectory[f"vehicle.{wheel}_wear_number"] for wheel in WHEELS)
+    wear = np.sum([trajectory[f"vehicle.{wheel}_wear_number"] for wheel in WHEELS], axis=0)
     late = np.abs(trajectory["vehicle.front_lateral_displacement"][t >= t[-1] - 10.0]).max()
     return rms | {"derailed": derailed, "wear": np.nan if derailed else wear[t >= BEGIN].mean(), "late": late}
 
