@@ -1,6 +1,6 @@
 """Does the cost grow linearly with the number of FMUs? 10, 100, 1000 wheel pairs with their gyros in one system.
 
-Prints seconds to open and initialize per FMU, and microseconds per FMU and macro step, for Jacobi and Gauss-Seidel.
+Prints milliseconds to open each FMU, and microseconds per FMU and macro step, for Jacobi and Gauss-Seidel.
 """
 
 import sys

@@ -93,11 +93,6 @@ class Resume:
         except (OSError, ValueError, EOFError) as error:
             raise ValueError(f"checkpoint {str(self.file)!r} cannot be read: {error}") from None
 
-    def position(self) -> int | None:
-        """How long the streamed result file was; None where results were kept in memory."""
-        data = self._load()
-        return int(data["recorder_position"]) if "recorder_position" in data else None
-
     def restore(
         self, network: Network, algorithm: Algorithm, step: float, history: History, meter: EnergyMeter, recorder: Recorder
     ) -> int:

@@ -55,13 +55,13 @@ class March:
         self.history = History(start, Y.copy(), network.held)
         self.meter = EnergyMeter(network, Y)
         resume = options.resume
-        position = resume.position() if resume is not None else None
-        self.recorder = Recorder(options.record, network, n, position)
+        self.recorder = Recorder(options.record, network, n)
         rows = int(np.clip(CHUNK_NUMBERS // max(1, Y.size), 16, 4096))
         self._Y, self._t, self._h = np.zeros((HISTORY + rows, Y.size)), np.empty(HISTORY + rows), np.empty(HISTORY + rows)
         self._used = np.zeros((rows, 2 * len(network.bonds), 3))
         self._rows, self._chunk = rows, FIRST_CHUNK
         if resume is None:
+            self.recorder.begin()
             self.recorder.add(0, np.array([start]), Y[None, :])
         else:
             self.done = resume.restore(network, algorithm, step, self.history, self.meter, self.recorder)

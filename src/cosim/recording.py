@@ -37,7 +37,7 @@ class Recording:
 class Recorder:
     """Keeps rows as a Recording says. Row 0 is the start; the last row of a run is always kept."""
 
-    def __init__(self, what: Recording, network: Network, steps: int, resume_at: int | None = None) -> None:
+    def __init__(self, what: Recording, network: Network, steps: int) -> None:
         self._what, self._steps = what, steps
         self.columns = _selected(what.select, network.names)
         self.names = tuple(network.names[c] for c in self.columns)
@@ -55,14 +55,12 @@ class Recorder:
         self._last: tuple[float, np.ndarray] | None = None  # the newest row, where it was not recorded
         self._newest: tuple[np.ndarray, np.ndarray] | None = None  # the newest row that was recorded
         self._file: IO[bytes] | None = None
-        if what.stream is not None:
-            if resume_at is None:
-                self._file = what.stream.open("wb")
-                self._file.write((",".join(["time", *self.names]) + "\n").encode())
-            else:
-                self._file = what.stream.open("r+b")
-                self._file.truncate(resume_at)
-                self._file.seek(resume_at)
+
+    def begin(self) -> None:
+        """Open the file that the rows go to, where they go to one, and write its first line."""
+        if self._what.stream is not None:
+            self._file = self._what.stream.open("wb")
+            self._file.write((",".join(["time", *self.names]) + "\n").encode())
 
     def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
         """Rows k, k + 1, ... of the run: times t (s), shape (n,), outputs Y, shape (n, n_Y)."""
@@ -72,14 +70,17 @@ class Recorder:
         self._last = (float(t[-1]), Y[-1, self.columns].copy()) if newest % self._what.every else None
 
     def _keep(self, t: np.ndarray, rows: np.ndarray) -> None:
-        if self._file is not None:
-            lines = (f"{ti!r},{','.join(map(repr, row))}\n" for ti, row in zip(t.tolist(), rows.tolist(), strict=True))
-            self._file.write("".join(lines).encode())
+        self._write(t, rows)
         if t.size:
             self._newest = (t[-1:].copy(), rows[-1:].copy())
         thinned = slice((-self._kept) % self._stride, None, self._stride)
         self._store(t[thinned], rows[thinned])
         self._kept += t.size
+
+    def _write(self, t: np.ndarray, rows: np.ndarray) -> None:
+        if self._file is not None:
+            lines = (f"{ti!r},{','.join(map(repr, row))}\n" for ti, row in zip(t.tolist(), rows.tolist(), strict=True))
+            self._file.write("".join(lines).encode())
 
     def _store(self, t: np.ndarray, rows: np.ndarray) -> None:
         """Append rows to what is in memory, which doubles where it is full."""
@@ -115,7 +116,19 @@ class Recorder:
         return {"t": self._t[: self._filled], "values": self._values[: self._filled]}
 
     def resume(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from what state() gave."""
+        """Go on from what state() gave; in place of begin(). ValueError where the rows before cannot be had."""
+        file, position = self._what.stream, int(state["position"]) if "position" in state else None
+        if position is None or file is None:
+            if int(state["kept"]) != state["t"].size:
+                raise ValueError("a run that streamed its results to a .csv file must go on into that file")
+            self.begin()
+            self._write(state["t"], state["values"])
+        else:
+            if not file.exists() or file.stat().st_size < position:
+                raise ValueError(f"results file {str(file)!r} must hold what was streamed before, it has been lost or cut off")
+            self._file = file.open("r+b")
+            self._file.truncate(position)
+            self._file.seek(position)
         self._filled, self._kept = 0, int(state["kept"])
         self._store(state["t"], state["values"])
 
