@@ -10,8 +10,8 @@ import numpy as np
 from cosim.errors import EndRequest, SlaveError
 from cosim.slaves.base import RawFmu, Value
 from cosim.slaves.description import Row
-from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
-from cosim.slaves.library import Library
+from cosim.slaves.fmu import FmuSlave
+from cosim.slaves.library import POINTER, REFERENCES, SIZE, Library
 from cosim.slaves.opened import Callbacks2
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status

@@ -14,16 +14,13 @@ import numpy as np
 
 from cosim.errors import EndRequest, SlaveError
 from cosim.slaves import events
+from cosim.slaves.asking import Answers, asked_for
 from cosim.slaves.base import RawFmu, Value
 from cosim.slaves.description import Row
-from cosim.slaves.fmu import POINTER, REFERENCES, SIZE, FmuSlave
-from cosim.slaves.library import Library
+from cosim.slaves.fmu import FmuSlave
+from cosim.slaves.library import POINTER, REFERENCES, SIZE, Library
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
-_UPDATE = ctypes.CFUNCTYPE(
-    None, POINTER, ctypes.c_double, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool,
-    ctypes.POINTER(ctypes.c_bool), ctypes.POINTER(ctypes.c_double),
-)  # fmt: skip
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
@@ -39,18 +36,11 @@ class Fmi3Slave(FmuSlave):
 
     def _bind_version(self, library: Library) -> None:
         function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
-        rows = [r for r in self.description.rows if r.causality == "input" and r.type in ("Float64", "Float32")]
-        smooth = [r for r in rows if r.variability == "continuous"]
-        offered = bool(smooth) and all(r.type == "Float64" and r.intermediate for r in smooth)
-        self.input_degree = 2 if offered and self.description.can("providesIntermediateUpdate") else 0
-        self._asked = smooth if self.input_degree else []
-        self._asked_refs = (ctypes.c_uint * len(self._asked))(*(r.reference for r in self._asked))
+        asked = asked_for(self.description)
+        self.input_degree = 2 if asked else 0
+        self._answers = Answers(library, asked)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
-        self._polynomial: list[tuple[float, float, float]] = []  # value, slope, half the curvature; empty where constant
-        self._value = (double * self._smooth.size)()
-        self._origin, self._update_status = 0.0, 0
-        self._set_float64 = function("fmi3SetFloat64", POINTER, REFERENCES, SIZE, POINTER, SIZE)
-        self._log, self._update = _LOG(self._on_log), _UPDATE(self._on_update)
+        self._log = _LOG(self._on_log)
         self._instantiate_call = function(
             "fmi3InstantiateCoSimulation", text, text, text, boolean, boolean, boolean, boolean, REFERENCES, SIZE, POINTER,
             POINTER, POINTER, result=POINTER,
@@ -77,19 +67,6 @@ class Fmi3Slave(FmuSlave):
     def _on_log(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self.log.add(status, category, message)
 
-    def _on_update(
-        self, environment: Any, time: float, set_requested: bool, get_allowed: bool, step_finished: bool, can_return: bool,
-        early_return_requested: Any, early_return_time: Any,
-    ) -> None:  # fmt: skip
-        """The FMU asks, in the midst of a step, for its inputs at `time`."""
-        early_return_requested[0] = False
-        if set_requested and self._polynomial:
-            s = time - self._origin
-            self._value[:] = [u0 + s * (u1 + s * u2) for u0, u1, u2 in self._polynomial]
-            status = self._set_float64(self._instance, self._asked_refs, len(self._asked), self._value, len(self._value))
-            if status > 1:
-                self._update_status = status
-
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
         pointer, size = buffer.ctypes.data_as(POINTER), buffer.size
         kinds = (POINTER, REFERENCES, SIZE, POINTER, SIZE)
@@ -101,7 +78,7 @@ class Fmi3Slave(FmuSlave):
         with_events = self._event_mode is not None
         return self._instantiate_call(
             self.name.encode(), self.description.token.encode(), resources, False, True, with_events, with_events,
-            self._asked_refs, len(self._asked), None, self._log, self._update if self._asked else None,
+            self._answers.references, self._answers.count, None, self._log, self._answers.callback,
         )  # fmt: skip
 
     def _enter_initialization(self, t: float, stop: float) -> None:
@@ -117,7 +94,7 @@ class Fmi3Slave(FmuSlave):
                     u[group.places] = group.buffer
                 self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
             self._leave_event_mode(self._event_mode, t, 0.0)
-        self._polynomial = []
+        self._answers.begin(self._instance, np.zeros((3, 0)), t)
         self.raw = self._raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
@@ -161,11 +138,8 @@ class Fmi3Slave(FmuSlave):
             raise EndRequest(self.name, t)
         if self._u.size:
             self._put(U[0], t, h)
-            if self._asked:
-                self._origin, self._update_status, self._polynomial = t, 0, []
-                if U[1:].any():
-                    part = U if self._smooth.size == self._u.size else U[:, self._smooth]
-                    self._polynomial = [*zip(part[0].tolist(), part[1].tolist(), (part[2] / 2).tolist(), strict=True)]
+            if self.input_degree:
+                self._answers.begin(self._instance, U if self._smooth.size == self._u.size else U[:, self._smooth], t)
         if self._event_mode is not None:
             self._step_through_events(U, t, h)
             return
@@ -224,7 +198,7 @@ class Fmi3Slave(FmuSlave):
 
     def _judge(self, t: float, h: float) -> float:
         """What doStep has answered; the time that the FMU has reached."""
-        self.check(self._update_status, "fmi3SetFloat64 in the intermediate update", t, h)
+        self.check(self._answers.status, "fmi3SetFloat64 in the intermediate update", t, h)
         reached = self._reached.value
         short = abs(reached - (t + h)) > 1e-9 * (h + abs(t))
         if self._ended.value:
@@ -260,7 +234,7 @@ class Fmi3Slave(FmuSlave):
         return RawFmu(
             3, self._instance, self._address("fmi3SetFloat64"), self._address("fmi3GetFloat64"), self._address("fmi3DoStep"), 0,
             self._references(self._input_groups), self._references(self._output_groups), none, none.astype(np.int32),
-            1 - self.can_restore, self.check, self._step_failed, bool(self._asked),
+            1 - self.can_restore, self.check, self._step_failed, self.input_degree > 0,
             np.frombuffer(self._answer, dtype=np.uint8), self._finish_step,
             lambda: -np.inf if self._note.ends else self._note.due,
         )  # fmt: skip

@@ -16,13 +16,11 @@ from cosim.slaves.base import Slave, StateSpace, Value
 from cosim.slaves.description import Row
 from cosim.slaves.events import Note
 from cosim.slaves.groups import Group, group, groups
-from cosim.slaves.library import STATUS, Library, Log
+from cosim.slaves.library import POINTER, STATUS, Library, Log
 from cosim.slaves.opened import OpenedFmu
 from cosim.slaves.states import States
 from cosim.slaves.variables import by_variable, carried
 
-REFERENCES = ctypes.POINTER(ctypes.c_uint)
-POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 

@@ -11,6 +11,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+REFERENCES = ctypes.POINTER(ctypes.c_uint)
+POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
+
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
