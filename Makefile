@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies clean
+.PHONY: run test test-all check bench paper studies gallery clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -37,6 +37,9 @@ paper: $(READY)
 
 studies: $(READY)
 	@for study in studies/*.py; do echo "$$study"; $(BIN)/python "$$study" || exit 1; done
+
+gallery: $(READY)
+	$(BIN)/python docs/gallery.py
 
 clean:
 	rm -rf .venv results
