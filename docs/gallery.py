@@ -15,7 +15,7 @@ from PIL import Image
 
 ROOT = Path(__file__).parent.parent
 WIDTH = 1400  # pixels, at most
-PAIR = "cosim run wheel-pair --set gyro.rotor_speed=200rpm --stop 10 --plot results/gallery/wheel-pair.png"
+PAIR = "cosim run wheel-pair --set gyro.rotor_speed=200rpm --stop 40 --plot results/gallery/wheel-pair.png"
 RIG = ("cosim compare wheel-pair --gyro nonlinear --gyro hil,rate_delay=20ms,moment_delay=20ms --set gyro.rotor_speed=400rpm "
        "--stop 10 --in-process --plot results/gallery/rig.png")  # fmt: skip
 DELAY = ("cosim delay wheel-pair --set gyro.rotor_speed=200rpm --step 50ms --longest 200ms "
