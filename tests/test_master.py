@@ -1,5 +1,6 @@
 """The master: time, energy, results, and runs that fail."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -100,6 +101,16 @@ def test_energy_residual_vanishes_with_the_step() -> None:
 
     assert size(1e-3, 0) < size(8e-3, 0) / 6
     assert size(1e-3, 1) < size(8e-3, 1) / 40
+
+
+def test_a_run_whose_coupling_makes_energy_says_so() -> None:
+    """With dampers six times as hard as any assumed the vehicle seems to derail in steps of 1 ms, in steps of 0.2 ms not."""
+    plan = system("lrt-curve-b").with_value("gyro.gimbal_damping", 5e5).with_value("gyro.rotor_speed", "2000rpm")
+    plan = plan.with_value("vehicle.speed", 8.0).with_value("vehicle.curve_start", 2.0)
+    calm, wild = (simulate(plan, step=step, stop=1.0) for step in (2e-4, 1e-3))
+    assert (calm.status, calm.coupling_warning) == ("done", "")
+    assert wild.status == "ended"
+    assert re.match(r"the coupling itself made or lost \S+ of the energy on vehicle\.\w+ x gyro_\w+\.\w+:", wild.coupling_warning)
 
 
 def test_a_failing_component_is_named_and_the_results_so_far_are_kept() -> None:

@@ -23,7 +23,8 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 class Assessment:
     """vehicle : its name in the system. wheels, pairs : their names.
 
-    verdict and worst Y/Q : see cosim.safety; worst is None where too few points a second were recorded for the filter.
+    verdict and worst Y/Q : see cosim.safety; worst is None where too few points a second were recorded for the filter, and
+        where the vehicle has not moved forward all the time.
     lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
     """
 
@@ -71,7 +72,7 @@ def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
         return {pair: (float(size.max()), float(size[-max(1, size.size // 10) :].max())) for pair, size in sizes.items()}
 
     distance = signal(DISTANCE)
-    fine_enough = t.size > 3 * safety.CUT_OFF * (t[-1] - t[0])
+    fine_enough = t.size > 3 * safety.CUT_OFF * (t[-1] - t[0]) and bool(np.all(np.diff(distance) > 0.0))
     return Assessment(
         vehicle,
         wheels,

@@ -9,8 +9,8 @@
 w = 2 pi f. W_d weights the horizontal, W_b the vertical directions; a is the 95th percentile of the r.m.s. values of the
 weighted acceleration over windows of 5 s, of which a test has 60 (5 minutes), in m/s^2.
 
-Source: EN 12299:2009, whose numbers were taken from two public programs that agree (comfpy, pyridy), the standard itself not
-being at hand. W_d is that of ISO 2631-1, Table 3. EN 12299's W_b has other resonance qualities than W_b of BS 6841 and
+Source: EN 12299:2009, whose numbers were taken from a public program that names it (pyridy), the standard itself not being at
+hand. W_d is that of ISO 2631-1, Table 3. EN 12299's W_b has other resonance qualities than W_b of BS 6841 and
 ISO 8041, which stands here too, since a value of it is published: at 100 rad/s it is 0.8126.
 """
 

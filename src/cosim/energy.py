@@ -10,7 +10,7 @@ and between communication points M and w are interpolated through the last point
 Source: Sadjina et al., Energy conservation and power bonds in co-simulations (2016), who take dP at the end of the step.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,8 @@ from component.units import unit
 from cosim.bonds import Bond
 from cosim.network import Network
 
+UNTRUSTED = 0.01  # share of a bond's energy
+NEGLIGIBLE = 1e-6, 1e-12  # share of the energy of the largest bond, and J: at rest only rounding is exchanged
 # value half a step after the second newest point, from the newest, second newest, ... point
 _MIDDLE = {2: (1 / 2, 1 / 2), 3: (3 / 8, 6 / 8, -1 / 8), 4: (5 / 16, 15 / 16, -5 / 16, 1 / 16)}
 
@@ -42,6 +44,17 @@ class BondEnergy:
     def share(self) -> float:
         """Size of the residual as a share of the exchanged energy; 0 where nothing was exchanged."""
         return abs(self.residual) / self.exchanged if self.exchanged > 0.0 else 0.0
+
+
+def untrustworthy(energies: Sequence[BondEnergy]) -> BondEnergy | None:
+    """The bond whose energy the coupling itself has made or lost to the largest share, where that is more than a hundredth.
+
+    Bonds that carry next to nothing, in themselves or beside another, are left out.
+    """
+    share, least = NEGLIGIBLE
+    least = max(least, share * max((bond.exchanged for bond in energies), default=0.0))
+    found = [bond for bond in energies if bond.share > UNTRUSTED and bond.exchanged > least]
+    return max(found, key=lambda bond: bond.share, default=None)
 
 
 class EnergyMeter:

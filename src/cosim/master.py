@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from cosim.coupling import Algorithm, Jacobi
-from cosim.energy import BondEnergy
+from cosim.energy import BondEnergy, untrustworthy
 from cosim.errors import EndRequest, RunError
 from cosim.march import March, Options, Progress
 from cosim.network import Network
@@ -61,6 +61,17 @@ class Run:
     ended_by: str = ""
     start: float = 0.0
     events: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def coupling_warning(self) -> str:
+        """Why the result should not be trusted, in words; empty where nothing speaks against it."""
+        bond = untrustworthy(self.energy)
+        if bond is None:
+            return ""
+        return (
+            f"the coupling itself made or lost {bond.share:.2g} of the energy on {bond.name}: do not trust this result before "
+            "you have it with a smaller macro step or a higher input degree (a certificate tells the largest stable step)"
+        )
 
     @property
     def energy_residual(self) -> float:

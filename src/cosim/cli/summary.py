@@ -31,6 +31,7 @@ def document(run: Run) -> dict[str, Any]:
             {"bond": b.name, "residual_J": b.residual, "peak_W": b.peak_power, "exchanged_J": b.exchanged, "share": b.share}
             for b in run.energy
         ],
+        "coupling_warning": run.coupling_warning,
         "ended_by": run.ended_by,
         "vehicles": [
             {
@@ -99,7 +100,9 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     told = ", ".join(f"{name} {count}" for name, count in sorted(run.events.items(), key=lambda item: -item[1])[:8])
     more = f" and {len(run.events) - 8} more" if len(run.events) > 8 else ""
     events = [f"events: {sum(run.events.values())} ({told}{more})"] if run.events else []
-    return [*lines, *events, "", table, "", *(bonds or ["coupling energy residual: the system has no power bond"]), *ride]
+    warning = [f"WARNING: {run.coupling_warning}"] if run.coupling_warning else []
+    bonds = bonds or ["coupling energy residual: the system has no power bond"]
+    return [*lines, *events, "", table, "", *bonds, *warning, *ride]
 
 
 def _ride(vehicle: Assessment) -> list[str]:
