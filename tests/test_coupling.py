@@ -9,7 +9,7 @@ import pytest
 
 from component import Component, build, input_, output, state
 from cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, Part, System, simulate, system
-from cosim.convergence import converge
+from cosim.convergence import converge, ladder, own_error
 from cosim.coupling import Algorithm, History, Iterated
 from cosim.master import open_network, run
 from cosim.monolith import Monolith
@@ -235,3 +235,18 @@ def test_held_signals_are_never_extrapolated() -> None:
 
 def test_connection_is_a_value() -> None:
     assert Connection(("a", "y"), ("b", "u")) == Connection(("a", "y"), ("b", "u"))
+
+
+def test_a_ladder_leaves_out_what_the_components_own_error_spoils() -> None:
+    """e = h^order + 4e-4: where the fourth order comes to a stand shows what is common; the second can be seen still."""
+    steps = [0.16, 0.08, 0.04, 0.02]
+    errors = [[h**order + 4e-4 for h in steps] for order in (2, 4)]
+    floor = own_error(errors)
+    assert floor == pytest.approx(4e-4, rel=1e-3)
+    second, fourth = (ladder(Jacobi(degree), steps, e, floor) for degree, e in zip((1, 2), errors, strict=True))
+    assert second.used == (True, True, True, False)
+    assert second.observed_order == pytest.approx(2.0, abs=0.2)
+    assert fourth.used == (True, False, False, False)
+    assert np.isnan(fourth.observed_order)
+    assert own_error([[h**order for h in steps] for order in (1, 2, 3)]) == 0.0
+    assert own_error([[float("inf"), float("inf"), 0.5, 0.49]]) == 0.0  # not there yet

@@ -13,8 +13,9 @@ from cosim.network import Network
 from cosim.system import System
 
 # The fit leaves out errors outside this range: above it the error is no longer proportional to a power of the step,
-# below it the components' own integration shows.
+# below it rounding shows.
 ASYMPTOTIC = (1e-9, 0.1)
+STAGNANT = 1.5  # half the step should halve the error at least: where it falls by less, the components' own error has come
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def converge(
     monolith = Monolith(system)
     reference = monolith.solve(np.arange(n + 1) * step).values  # over the time since the start: no component asks for more
     steps = tuple(step / 2**i for i in range(rungs))
-    work, done, ladders = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
+    work, done, found = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
     with open_network(system, in_process=in_process) as network:
         for algorithm in algorithms:
             errors = []
@@ -76,8 +77,19 @@ def converge(
                 done += 2**i
                 if progress is not None:
                     progress(done, work)
-            ladders.append(_ladder(algorithm, steps, errors))
-    return Convergence(system, stop, "matrix exponential" if monolith.is_linear else "monolith, DOP853", tuple(ladders))
+            found.append(errors)
+    of_components = own_error(found)
+    ladders = tuple(ladder(a, steps, errors, of_components) for a, errors in zip(algorithms, found, strict=True))
+    return Convergence(system, stop, "matrix exponential" if monolith.is_linear else "monolith, DOP853", ladders)
+
+
+def own_error(ladders: Sequence[Sequence[float]]) -> float:
+    """The error that the components make by themselves, which no smaller macro step takes away; 0 where none shows.
+
+    It is the same for all algorithms: the smallest error at which one of them comes to a stand at its finest steps.
+    """
+    last = [(e[-2], e[-1]) for e in ladders if e[-1] < ASYMPTOTIC[1]]
+    return min((fine for coarse, fine in last if fine > coarse / STAGNANT), default=0.0)
 
 
 def _error(network: Network, algorithm: Algorithm, h: float, stop: float, every: int, reference: np.ndarray) -> float:
@@ -93,10 +105,12 @@ def _error(network: Network, algorithm: Algorithm, h: float, stop: float, every:
     return float((np.abs(result.trajectory.values[::every] - reference).max(axis=0)[moving] / size[moving]).max())
 
 
-def _ladder(algorithm: Algorithm, steps: tuple[float, ...], errors: list[float]) -> Ladder:
-    used = tuple(ASYMPTOTIC[0] < e < ASYMPTOTIC[1] for e in errors)
+def ladder(algorithm: Algorithm, steps: Sequence[float], errors: Sequence[float], of_components: float) -> Ladder:
+    """The observed order from the errors at the steps (s) that neither rounding nor the components' own error spoils."""
+    least = max(ASYMPTOTIC[0], 2 * of_components)
+    used = tuple(least < e < ASYMPTOTIC[1] for e in errors)
     order = float("nan")
     if sum(used) >= 2:
         h, e = (np.log([value for value, u in zip(row, used, strict=True) if u]) for row in (steps, errors))
         order = float(np.polyfit(h, e, 1)[0])
-    return Ladder(algorithm, steps, tuple(errors), used, order)
+    return Ladder(algorithm, tuple(steps), tuple(errors), used, order)

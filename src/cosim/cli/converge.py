@@ -71,12 +71,17 @@ def command(
             ("fails" if e == float("inf") else f"{e:.2e}") + ("" if u else " x")
             for e, u in zip(ladder.errors, ladder.used, strict=True)
         ]
-        table.add_row(a.name, str(a.degree), *errors, f"{ladder.observed_order:.2f}", str(a.order))
+        table.add_row(a.name, str(a.degree), *errors, _order(ladder.observed_order), str(a.order))
     words: list[str | Table] = [
         f"{plan.name} to t = {result.stop:g} s: largest relative error of an output against the {result.reference}",
         table,
-        "x: left out of the fit, not yet proportional to a power of the step, or within the components' own error",
+        "x: left out of the fit: not yet proportional to a power of the step, or within the error that the components make by "
+        "themselves (where they have a parameter internal_step, a smaller one makes it smaller)",
     ]
     left_out = any(not u for ladder in result.ladders for u in ladder.used)
     say(as_json, document, *(words if left_out else words[:2]), *([f"wrote {plot}"] if plot else []))
     return 0
+
+
+def _order(observed: float) -> str:
+    return f"{observed:.2f}" if observed == observed else "-"
