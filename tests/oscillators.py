@@ -99,6 +99,15 @@ def crossed(direct: float = 1.0) -> Component:
     )  # fmt: skip
 
 
+def inverse() -> Component:
+    """1 / u + v."""
+    return build(
+        name="oscillator", variant="inverse", description="one over u", equations="", internal_step=1e-3,
+        variables=[input_("u", "s", "in", start=1.0), input_("v", "Hz", "what is added"), output("y", "Hz", "out")],
+        model=lambda s: ({}, {"y": 1 / s["u"] + s["v"]}),
+    )  # fmt: skip
+
+
 def counter() -> Component:
     """Counts every 10 ms in its sampled part, and integrates the count."""
     return build(

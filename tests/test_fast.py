@@ -109,6 +109,15 @@ def test_an_output_that_is_no_number_stops_all_paths_alike(
     np.testing.assert_array_equal(values[2], values[0])
 
 
+def test_a_connected_input_never_goes_back_to_its_start_value(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The inverse would be infinite there. Its other input, which nobody connects, keeps what it was given."""
+    clock = Part("clock", f"{oscillators.HERE}:fails", {"clock": 0.5, "breaks_at": 10.0})
+    plan = System("s", (clock, Part("one", f"{oscillators.HERE}:inverse", {"u": 0.0, "v": 3.0})),
+                  (Connection(("clock", "reading"), ("one", "u")),))  # fmt: skip
+    for run in three_ways(plan, Jacobi(1), monkeypatch, 1e-2, 1.0):
+        np.testing.assert_allclose(run.trajectory["one.y"], 1 / run.trajectory["clock.reading"] + 3.0, rtol=1e-12)
+
+
 def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast, "LONG", 0)
     run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)

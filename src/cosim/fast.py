@@ -72,18 +72,24 @@ class FastLoop:
             u_refs, du_refs, du_orders = (r.ctypes.data for r in references)
             feeds_through = bool(slave.feedthrough[:, places].any())
             self._connected.append(slice(first[i], first[i] + len(places)))
-            finish = _FINISH(partial(self._finish_step, i, places))
-            self._kept_alive.append(finish)
+            finish = 0
             if raw.due is not None:
                 self._due[i] = raw.due()
+                callback = _FINISH(partial(self._finish_step, i, places))
+                self._kept_alive.append(callback)
+                finish = ctypes.cast(callback, ctypes.c_void_p).value or 0
             self._table[i] = (
                 raw.instance, raw.set_real, raw.get_real, raw.do_step, raw.set_derivatives, u_refs, raw.y_refs.ctypes.data,
                 du_refs, du_orders, raw.no_set_state, len(places), len(slave.outputs), network.slices[i].start, first[i],
-                slave.input_degree, feeds_through, raw.version, self._told[i].ctypes.data,
-                ctypes.cast(finish, ctypes.c_void_p).value or 0,
+                slave.input_degree, feeds_through, raw.version, self._told[i].ctypes.data, finish,
             )  # fmt: skip
-            if n_u > len(places):
-                slave.output(network.start_inputs(i), float(t[0]))  # sets them all
+            others = np.setdiff1d(np.arange(n_u), places)
+            if others.size:
+                refs, values = raw.u_refs[others], network.start_inputs(i)[others]
+                status = calls.move_values(
+                    raw.version, raw.set_real, raw.instance, refs.ctypes.data, others.size, values.ctypes.data
+                )
+                raw.check(status, calls.CALLS[raw.version][1], float(t[0]), 0.0)
         self._now = np.zeros(2, dtype=np.int64)
         self._kept, self._failure = np.zeros(len(joined) + 1), np.zeros(3, dtype=np.int64)
         buffers = (self._u, self._du, self._Y, self._now)
