@@ -143,16 +143,24 @@ def _figure_6(cases: Cases) -> Any:
     """y and psi over time on straight track, one column a set."""
     made, axes = figures.figure(2, len(SETS), (6.0 * len(SETS), 6.0), sharex=True)
     for column, (name, label) in enumerate(SETS.items()):
-        for gyro, colour in zip(SPINS, figures.COLOURS, strict=False):
-            tr = of_set(cases, name, STRAIGHT, gyro)[0].trajectory
+        for gyro in SPINS:
             for ax, (signal, (_, factor)) in zip(axes[:, column], ANGLES.items(), strict=True):
-                ax.plot(tr.t, tr[signal] * factor, color=colour, linewidth=1.0, label=gyro)
+                _course(ax, cases, (name, STRAIGHT, gyro), signal, factor)
+        axes[0, column].legend(fontsize=8)
         axes[0, column].set_title(f"set {name}: {label}, 50 m/s", fontsize=10)
         axes[1, column].set_xlabel("time [s]")
     for ax, (label, _) in zip(axes[:, 0], ANGLES.values(), strict=True):
         ax.set_ylabel(label)
-    axes[0, 0].legend()
     return made
+
+
+def _course(ax: Any, cases: Cases, which: tuple[str, int, str], signal: str, factor: float) -> None:
+    """A signal of the first start over time, in the colour of its state of the gyro, with a cross where it derails."""
+    tr, colour = of_set(cases, *which)[0].trajectory, figures.COLOURS[tuple(SPINS).index(which[2])]
+    lost = climb(tr) > 1.0
+    ax.plot(tr.t, tr[signal] * factor, color=colour, linewidth=0.9, label=f"gyro {which[2]}{', derailed' if lost else ''}")
+    if lost:
+        ax.plot(tr.t[-1], tr[signal][-1] * factor, "x", color=colour, markersize=8)
 
 
 def _over_time(cases: Cases, speed: int, gyros: tuple[str, ...], labels: Mapping[str, tuple[str, float]]) -> Any:
@@ -161,13 +169,7 @@ def _over_time(cases: Cases, speed: int, gyros: tuple[str, ...], labels: Mapping
     for row, (name, described) in zip(axes, SETS.items(), strict=True):
         for ax, (signal, (label, factor)) in zip(row, labels.items(), strict=True):
             for gyro in gyros:
-                colour = figures.COLOURS[tuple(SPINS).index(gyro)]
-                tr = of_set(cases, name, speed, gyro)[0].trajectory
-                lost = climb(tr) > 1.0
-                ax.plot(tr.t, tr[signal] * factor, color=colour, linewidth=0.9,
-                        label=f"gyro {gyro}{', derailed' if lost else ''}")  # fmt: skip
-                if lost:
-                    ax.plot(tr.t[-1], tr[signal][-1] * factor, "x", color=colour, markersize=8)
+                _course(ax, cases, (name, speed, gyro), signal, factor)
             ax.set_ylabel(label)
             ax.set_xlabel("time [s]")
             ax.set_title(f"set {name}: {described}, R = 50 m at {speed} m/s", fontsize=9)
