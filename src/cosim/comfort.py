@@ -20,6 +20,8 @@ from math import inf, pi, sqrt
 
 import numpy as np
 
+from cosim.trajectory import even_step
+
 WINDOW = 5.0  # s
 PERCENTILE = 95.0
 Q1 = 1 / sqrt(2)
@@ -64,11 +66,7 @@ def weighted(acceleration: np.ndarray, t: np.ndarray, weighting: Weighting) -> n
     from running into its beginning. The first seconds hold the filter's own start.
     """
     t, a = np.asarray(t, dtype=float), np.asarray(acceleration, dtype=float)
-    if a.shape != t.shape or t.ndim != 1 or t.size < 2:
-        raise ValueError(f"acceleration and t must be columns of equal length, got {a.shape} and {t.shape}")
-    step = (t[-1] - t[0]) / (t.size - 1)
-    if not np.allclose(np.diff(t), step, rtol=1e-6, atol=1e-9):
-        raise ValueError("t must be evenly spaced")
+    step = even_step(a, t)
     if not 2.0 * weighting.f2 * step < 1.0:
         raise ValueError(f"the sampling rate must exceed {2 * weighting.f2:g} Hz for {weighting.name}, got {1.0 / step:g}")
     n = 2 * t.size + round(20.0 / weighting.f1 / step)  # the filter rings for some periods of its lowest corner

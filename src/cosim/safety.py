@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cosim.trajectory import even_step
+
 LIMIT = 0.8  # EN 14363, filtered Y/Q
 CUT_OFF = 20.0  # Hz
 WINDOW = 2.0  # m
@@ -49,11 +51,7 @@ def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.
     from scipy.signal import butter, sosfiltfilt
 
     t, signal = np.asarray(t, dtype=float), np.asarray(signal, dtype=float)
-    if signal.shape != t.shape or t.ndim != 1 or t.size < 2:
-        raise ValueError(f"signal and t must be columns of equal length, got {signal.shape} and {t.shape}")
-    step = (t[-1] - t[0]) / (t.size - 1)
-    if not np.allclose(np.diff(t), step, rtol=1e-6, atol=1e-9):
-        raise ValueError("t must be evenly spaced")
+    step = even_step(signal, t)
     corner = cut_off * (math.sqrt(2.0) - 1.0) ** -0.25
     if not 2.0 * corner * step < 1.0:
         raise ValueError(f"the sampling rate must exceed {2.0 * corner:.3g} Hz to cut off at {cut_off:g} Hz, got {1.0 / step:g}")
