@@ -23,8 +23,9 @@ test-all: $(DEVELOP)
 check: $(DEVELOP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python .ci/tree.py
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	PYTHONPATH=build/tree $(BIN)/lint-imports
 
 bench: $(DEVELOP)
 	$(BIN)/python benchmarks/run.py
@@ -45,7 +46,7 @@ clean:
 	rm -rf .venv results
 
 # Debian without python3-venv can still make an environment through virtualenv, where that is installed.
-$(READY): pyproject.toml
+$(READY): pyproject.toml setup.py
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv || $(PYTHON) -m virtualenv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@

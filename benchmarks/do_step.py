@@ -12,10 +12,10 @@ from pathlib import Path
 from pkgutil import resolve_name
 from xml.etree import ElementTree
 
-import fmus
-from component import Component
-from fmus.compiler import FLAGS, host, host_compiler
-from fmus.package import _header_folder
+from gyro_cosim import fmus
+from gyro_cosim.component import Component
+from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
+from gyro_cosim.fmus.package import _header_folder
 
 STEPS = 1_000_000
 BARE = """
@@ -68,7 +68,11 @@ def measure(component: Component, folder: Path, steps: int) -> dict[str, float]:
 
 def main() -> None:
     """Print a table for the small gyro, the wheel pair and the full vehicle."""
-    cases = [("gyro_unit.nonlinear:nonlinear", STEPS), ("vehicle.wheel_pair:wheel_pair", STEPS), *sys.argv[1:2]]
+    cases = [
+        ("gyro_cosim.gyro_unit.nonlinear:nonlinear", STEPS),
+        ("gyro_cosim.vehicle.wheel_pair:wheel_pair", STEPS),
+        *sys.argv[1:2],
+    ]
     for case in cases:
         spec, steps = case if isinstance(case, tuple) else (case, STEPS // 100)
         with tempfile.TemporaryDirectory() as folder:

@@ -15,9 +15,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from cosim import Jacobi, simulate, system
-from cosim.march import Options
-from cosim.recording import Recording
+from gyro_cosim import Jacobi, simulate, system
+from gyro_cosim.march import Options
+from gyro_cosim.recording import Recording
 
 STEP = 1e-3
 

@@ -23,8 +23,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from cosim import catalogue, system
-from cosim.monolith import Monolith
+from gyro_cosim import catalogue, system
+from gyro_cosim.monolith import Monolith
 
 HERE = Path(__file__).parent
 PEERS = HERE.parent / ".venv" / "peers"

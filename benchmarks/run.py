@@ -9,8 +9,8 @@ import time
 from rich.console import Console
 from rich.table import Table
 
-from cosim import GaussSeidel, Jacobi, simulate, system
-from cosim.coupling import Algorithm
+from gyro_cosim import GaussSeidel, Jacobi, simulate, system
+from gyro_cosim.coupling import Algorithm
 
 STOP = 30.0
 

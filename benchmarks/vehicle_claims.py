@@ -7,11 +7,11 @@ Run: python benchmarks/vehicle_claims.py
 
 import numpy as np
 
-from component.joined import Joined
-from cosim.safety import nadal_limit, verdict, worst
-from gyro_unit.nonlinear import nonlinear_full
-from vehicle.lrt import lrt
-from vehicle.parameter_sets import parameter_set
+from gyro_cosim.component.joined import Joined
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
+from gyro_cosim.safety import nadal_limit, verdict, worst
+from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 RPM = 2 * np.pi / 60
 STARTS = (0.0, 1e-4, -1e-4, 2e-4)  # m, lateral start of the front pair: the members of a small ensemble

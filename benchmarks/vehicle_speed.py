@@ -9,8 +9,8 @@ import time
 from rich.console import Console
 from rich.table import Table
 
-from cosim import Jacobi, system
-from cosim.master import open_network, run
+from gyro_cosim import Jacobi, system
+from gyro_cosim.master import open_network, run
 
 STOP = 30.0  # s
 CASES = (("lrt", 5.0), ("lrt", 8.0), ("lrt_shen_hedrick_elkins", 8.0), ("lrt_fastsim", 8.0))

@@ -7,10 +7,10 @@ given and with steps cut where the vehicle asks for it. Takes some minutes. Run:
 
 import numpy as np
 
-from component.joined import Joined
-from gyro_unit.nonlinear import nonlinear_full
-from vehicle.lrt import lrt
-from vehicle.parameter_sets import parameter_set
+from gyro_cosim.component.joined import Joined
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
+from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 STEPS = (1e-3, 0.5e-3, 0.25e-3)
 REFERENCE = 0.5e-3 / 8

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from component.integration import step_function
-from component.model import Component
+from gyro_cosim.component.integration import step_function
+from gyro_cosim.component.model import Component
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ for name in wanted:
         (ROOT / made).parent.mkdir(parents=True, exist_ok=True)
         print(command, flush=True)
         words = shlex.split(command)
-        words = {"cosim": [sys.executable, "-m", "cosim"], "python": [sys.executable]}.get(words[0], words[:1]) + words[1:]
+        words = {"cosim": [sys.executable, "-m", "gyro_cosim"], "python": [sys.executable]}.get(words[0], words[:1]) + words[1:]
         subprocess.run(words, cwd=ROOT, stdout=subprocess.DEVNULL, check=False)  # compare's verdict is an exit code, too
     if not (ROOT / made).is_file():
         sys.exit(f"{command} must write {made}, it did not")

@@ -1,6 +1,6 @@
 """The exporter: a component becomes FMUs of FMI 2.0 and 3.0 that need nothing but themselves.
 
-from fmus import export
+from gyro_cosim.fmus import export
 export(component, "built")                                       # built/gyro_unit.linear.fmu, for this machine
 export(component, "built", fmi=("2", "3"), platforms=("all",))   # five platforms
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from component import Component
+    from gyro_cosim.component import Component
 
 __all__ = ["export"]
 
@@ -32,6 +32,6 @@ def export(
     A file appears complete or not at all, and the same component gives the same bytes. ValueError for wrong use,
     fmus.compiler.CompilerError (a RuntimeError) if there is no compiler or it fails.
     """
-    from fmus.package import write  # late: CasADi takes its time to load
+    from gyro_cosim.fmus.package import write  # late: CasADi takes its time to load
 
     return write(component, Path(directory), fmi=fmi, platforms=platforms, sources=sources)

@@ -5,8 +5,8 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from component.units import BASE, unit
-from fmus.table import Kind, Row, Table
+from gyro_cosim.component.units import BASE, unit
+from gyro_cosim.fmus.table import Kind, Row, Table
 
 CATEGORIES = {
     "logEvents": "samples of the sampled part",

@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree as ET
 
-from fmus.description import (
+from gyro_cosim.fmus.description import (
     STOP_TIME,
     bounds,
     causality,
@@ -14,7 +14,7 @@ from fmus.description import (
     unit_definitions,
     unknowns,
 )
-from fmus.table import Row, Table
+from gyro_cosim.fmus.table import Row, Table
 
 ICON = "icon"  # base name of the pictures in terminalsAndIcons
 

@@ -2,10 +2,10 @@
 
 from html import escape
 
-from component import Variable
-from component.integration import METHODS
-from fmus.reference import STEP
-from fmus.table import Table
+from gyro_cosim.component import Variable
+from gyro_cosim.component.integration import METHODS
+from gyro_cosim.fmus.reference import STEP
+from gyro_cosim.fmus.table import Table
 
 STYLE = """body { font-family: sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; line-height: 1.45; }
 table { border-collapse: collapse; width: 100%; } th, td { border-bottom: 1px solid #ccc; padding: .25em .6em; text-align: left; }

@@ -6,7 +6,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from component import Component
+from gyro_cosim.component import Component
 
 SIZE = 200  # pixels each way
 INK, PAPER, FILL = (31, 61, 92), (255, 255, 255), (226, 236, 246)

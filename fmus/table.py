@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from component import Component, Variable
+from gyro_cosim.component import Component, Variable
 
 Kind = Literal["time", "state", "input", "output", "parameter", "derivative"]
 

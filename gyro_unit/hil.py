@@ -16,7 +16,7 @@ as an A/D converter does.
 
 A period that is no multiple of the tick is kept in the mean, a tick early or late; one below the tick is the tick.
 Noise and drop-outs come from noise.py: seeded, the same in process and in the FMU.
-Source: our own choice of effects. The moments that a rig returns are no longer passive: cosim.compare measures by how much.
+Source: our own choice of effects. The moments that a rig returns are no longer passive: gyro_cosim.compare measures by how much.
 """
 
 from collections.abc import Sequence
@@ -26,12 +26,12 @@ from typing import Any
 
 import casadi as ca
 
-from component import Component, Variable, build, output, state
-from gyro_unit.mount import BONDS, CONNECTOR
-from gyro_unit.noise import Stream
-from gyro_unit.nonlinear import nonlinear, nonlinear_full
-from gyro_unit.rig_parameters import RIG_FULL, RIG_SMALL
-from gyro_unit.transport import Transport
+from gyro_cosim.component import Component, Variable, build, output, state
+from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR
+from gyro_cosim.gyro_unit.noise import Stream
+from gyro_cosim.gyro_unit.nonlinear import nonlinear, nonlinear_full
+from gyro_cosim.gyro_unit.rig_parameters import RIG_FULL, RIG_SMALL
+from gyro_cosim.gyro_unit.transport import Transport
 
 AXES = ("yaw", "roll", "pitch")
 WAYS = ("rate", "moment")

@@ -6,7 +6,7 @@ A variant without a pitch or roll moment returns 0 for it. Gimbal and rotor mass
 vehicle, so that no acceleration crosses the wall.
 """
 
-from component import Bond, Variable, input_, output, state
+from gyro_cosim.component import Bond, Variable, input_, output, state
 
 BONDS = tuple(Bond("mount", axis, motion=f"{axis}_rate", effort=f"{axis}_moment") for axis in ("yaw", "roll", "pitch"))
 

@@ -10,7 +10,7 @@ N s/m, so d_g is a real lever arm here; how many of them act is open: k_g = n k_
 
 from math import pi
 
-from component import parameter
+from gyro_cosim.component import parameter
 
 SMALL = (
     parameter(

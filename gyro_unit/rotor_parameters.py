@@ -5,7 +5,7 @@ fast against a run; bearing losses are of the size of ball bearings' (a time con
 at about 200 rad/s with the gimbal, which an internal step of 1 ms resolves.
 """
 
-from component import Variable, parameter
+from gyro_cosim.component import Variable, parameter
 
 _ASSUMED = "assumed, see gyro_unit/rotor_parameters.py"
 

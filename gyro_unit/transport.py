@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from component import Variable, state
+from gyro_cosim.component import Variable, state
 
 
 @dataclass(frozen=True)

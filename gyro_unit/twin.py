@@ -22,9 +22,9 @@ from typing import Any
 
 import casadi as ca
 
-from component import Component, Variable, build, state
-from gyro_unit.mount import BONDS, CONNECTOR, ENERGY
-from gyro_unit.parameters import FULL, SMALL
+from gyro_cosim.component import Component, Variable, build, state
+from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR, ENERGY
+from gyro_cosim.gyro_unit.parameters import FULL, SMALL
 
 EQUATIONS = """\
 I_yg eta'' = -k eta - c eta' - H psi' cos(eta)     (1)

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cosim import catalogue, comfort, figures, system
-from cosim.sweep import Measure, Sweep, load, sweep
-from cosim.trajectory import Trajectory
-from vehicle.car_body import masses
-from vehicle.parameter_sets import parameter_set
-from vehicle.spectra import random_track
+from gyro_cosim import catalogue, comfort, figures, system
+from gyro_cosim.sweep import Measure, Sweep, load, sweep
+from gyro_cosim.trajectory import Trajectory
+from gyro_cosim.vehicle.car_body import masses
+from gyro_cosim.vehicle.parameter_sets import parameter_set
+from gyro_cosim.vehicle.spectra import random_track
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from cosim import Connection, Jacobi, Part, System, figures, simulate, system
-from cosim.master import Options
-from cosim.recording import Recording
-from cosim.studies import AtRest, measured_root
+from gyro_cosim import Connection, Jacobi, Part, System, figures, simulate, system
+from gyro_cosim.master import Options
+from gyro_cosim.recording import Recording
+from gyro_cosim.studies import AtRest, measured_root
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -1,7 +1,7 @@
 """Where does the vehicle derail? Maps over speed and spin, speed and curve radius, and lever arm and damping of the gimbal.
 
-Vehicle and two gyro units as FMUs through a curve to the end of its track, by cosim.sweep: a sweep that is stopped goes on where
-it was. Runs that hunt in the flanges are chaotic, so each cell is a few runs that start a tenth of a millimetre apart.
+Vehicle and two gyro units as FMUs through a curve to the end of its track, as sweeps: one that is stopped goes on where it was.
+Runs that hunt in the flanges are chaotic, so each cell is a few runs that start a tenth of a millimetre apart.
 Parameter set A has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/derailment_map.py [--short]
 """
 
@@ -14,13 +14,13 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from cosim import figures, system
-from cosim.assessment import assess
-from cosim.safety import LIMIT
-from cosim.sweep import Measure, Sweep, load, sweep
-from cosim.system import StopWhen
-from cosim.trajectory import Trajectory
-from vehicle.parameter_sets import parameter_set
+from gyro_cosim import figures, system
+from gyro_cosim.assessment import assess
+from gyro_cosim.safety import LIMIT
+from gyro_cosim.sweep import Measure, Sweep, load, sweep
+from gyro_cosim.system import StopWhen
+from gyro_cosim.trajectory import Trajectory
+from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 # ---- parameters
 SHORT = "--short" in sys.argv

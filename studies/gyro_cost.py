@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from cosim import catalogue, figures, system
-from cosim.assessment import assess
-from cosim.sweep import Measure, Sweep, load, sweep
-from cosim.system import StopWhen
-from cosim.trajectory import Trajectory
-from vehicle.parameter_sets import parameter_set
+from gyro_cosim import catalogue, figures, system
+from gyro_cosim.assessment import assess
+from gyro_cosim.sweep import Measure, Sweep, load, sweep
+from gyro_cosim.system import StopWhen
+from gyro_cosim.trajectory import Trajectory
+from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 # ---- parameters
 SHORT = "--short" in sys.argv

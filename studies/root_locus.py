@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from cosim import figures, system
-from cosim.studies import AtRest
+from gyro_cosim import figures, system
+from gyro_cosim.studies import AtRest
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -2,7 +2,7 @@
 
 Two criteria: no start ends in a derailment; and none exceeds Y/Q = 0.8 by EN 14363 either. Speeds are scanned in steps of 2 m/s,
 then the first step from safe to unsafe is bisected; safe speeds above it are noted. Vehicle and two gyro units as FMUs, by
-cosim.sweep. Parameter set A has Table 2's wheels, B wheels almost without spin inertia.
+gyro_cosim.sweep. Parameter set A has Table 2's wheels, B wheels almost without spin inertia.
 Run: python studies/safe_speed.py [--short]
 """
 
@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cosim import figures, system
-from cosim.assessment import assess
-from cosim.safety import LIMIT
-from cosim.sweep import Measure, Sweep, load, sweep
-from cosim.system import StopWhen
-from cosim.trajectory import Trajectory
-from vehicle.parameter_sets import parameter_set
+from gyro_cosim import figures, system
+from gyro_cosim.assessment import assess
+from gyro_cosim.safety import LIMIT
+from gyro_cosim.sweep import Measure, Sweep, load, sweep
+from gyro_cosim.system import StopWhen
+from gyro_cosim.trajectory import Trajectory
+from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 # ---- parameters
 SHORT = "--short" in sys.argv

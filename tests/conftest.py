@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from fmu_opening import built  # noqa: F401 (a fixture)
 
-from cosim.cli import main
+from gyro_cosim.cli import main
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -6,8 +6,8 @@ from pkgutil import resolve_name
 import casadi as ca
 import numpy as np
 
-from component import Component, build, input_, output, parameter, state
-from component.integration import Progress, first_sample, input_at, macro_step
+from gyro_cosim.component import Component, build, input_, output, parameter, state
+from gyro_cosim.component.integration import Progress, first_sample, input_at, macro_step
 
 
 def plain(**changes: object) -> Component:
@@ -77,8 +77,8 @@ def autonomous(method: str = "rk4", internal_step: float = 1e-2) -> Component:
 
 
 COMPONENTS: dict[str, Callable[[], Component]] = {
-    "gyro_unit:nonlinear": resolve_name("gyro_unit.nonlinear:nonlinear"),
-    "vehicle:wheel_pair": resolve_name("vehicle.wheel_pair:wheel_pair"),
+    "gyro_unit:nonlinear": resolve_name("gyro_cosim.gyro_unit.nonlinear:nonlinear"),
+    "vehicle:wheel_pair": resolve_name("gyro_cosim.vehicle.wheel_pair:wheel_pair"),
     "plain": plain, "rosenbrock": lambda: stiff("rosenbrock"), "radau": lambda: stiff("radau"),
     "sampled": sampled, "gain": gain, "autonomous": autonomous, "implicit growth": lambda: autonomous("radau", 1e-3),
 }  # fmt: skip

@@ -12,8 +12,8 @@ from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmu_models import COMPONENTS
 
-import fmus
-from component import Component
+from gyro_cosim import fmus
+from gyro_cosim.component import Component
 
 
 class Open:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from component import Bond, Component, build, input_, parameter, state
-from cosim import Connection, Part, System
-from cosim.slaves import Slave, open_slave
+from gyro_cosim import Connection, Part, System
+from gyro_cosim.component import Bond, Component, build, input_, parameter, state
+from gyro_cosim.slaves import Slave, open_slave
 
 HERE = str(Path(__file__))
 AXES = ("yaw", "roll", "pitch")

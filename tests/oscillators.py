@@ -8,8 +8,8 @@ F depends directly on the right component's inputs, so this pair also exercises 
 
 import casadi as ca
 
-from component import Component, build, input_, output, parameter, state
-from cosim import Connection, Part, PowerBond, System
+from gyro_cosim import Connection, Part, PowerBond, System
+from gyro_cosim.component import Component, build, input_, output, parameter, state
 
 HERE = __file__
 

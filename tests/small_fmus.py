@@ -8,7 +8,7 @@ import zipfile
 from functools import cache
 from pathlib import Path
 
-from fmus.compiler import compile_libraries, host
+from gyro_cosim.fmus.compiler import compile_libraries, host
 
 FAULTS = {"none": 0, "discard": 1, "error": 2, "fatal": 3, "nan": 4, "crash": 5, "hang": 6, "exit": 7, "start": 8}
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from cosim.assessment import assess
-from cosim.trajectory import Trajectory
+from gyro_cosim.assessment import assess
+from gyro_cosim.trajectory import Trajectory
 
 
 def made(climb: float, n: int = 4001, stop: float = 4.0) -> Trajectory:

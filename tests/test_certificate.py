@@ -8,12 +8,12 @@ import numpy as np
 import oscillators
 import pytest
 
-from cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
-from cosim.certificate import certify, margin, spectral_radius
-from cosim.coupling import Algorithm
-from cosim.linear import linearised
-from cosim.master import open_network, run
-from cosim.monolith import Monolith
+from gyro_cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
+from gyro_cosim.certificate import certify, margin, spectral_radius
+from gyro_cosim.coupling import Algorithm
+from gyro_cosim.linear import linearised
+from gyro_cosim.master import open_network, run
+from gyro_cosim.monolith import Monolith
 
 PAIR = system("wheel-pair")
 CASES = {
@@ -97,7 +97,7 @@ def test_joined_linearisations_are_the_monoliths_jacobian() -> None:
 
 
 def test_a_component_without_derivatives_has_no_margin_but_a_certificate() -> None:
-    from cosim import Part
+    from gyro_cosim import Part
 
     plan = System("s", (Part("count", f"{oscillators.HERE}:counter"),), ())
     with open_network(plan, in_process=True) as network:
@@ -109,7 +109,7 @@ def test_a_run_that_cannot_be_certified_is_kept(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cosim: Callable[..., Any]
 ) -> None:
     """An FMU with a fixed step of its own refuses the shorter steps of the estimate."""
-    from cosim import certificate
+    from gyro_cosim import certificate
 
     def refused(*_: Any, **__: Any) -> None:
         raise SlaveError("gyro", 0.0, 5e-4, "its own step is fixed to 0.001 s")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from fmu_models import COMPONENTS
 
-from cosim.check import Fault, check
-from fmus.compiler import FLAGS, host, host_compiler
+from gyro_cosim.check import Fault, check
+from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
 
 
 @pytest.mark.parametrize("version", ["2", "3"])

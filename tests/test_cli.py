@@ -9,8 +9,8 @@ import numpy as np
 import oscillators
 import pytest
 
-from cosim import catalogue
-from cosim.trajectory import read_csv
+from gyro_cosim import catalogue
+from gyro_cosim.trajectory import read_csv
 
 RUN = ("run", "wheel-pair", "--stop", "0.5")
 
@@ -32,8 +32,8 @@ def test_run_tells_what_it_did(cosim_json: Callable[..., Any]) -> None:
     assert set(document["timing"]["do_step_s"]) == {"vehicle", "gyro"}
     assert abs(document["energy_residual"]) < 1e-6
     assert document["units"]["vehicle.yaw_angle"] == "rad"
-    from cosim.monolith import Monolith
-    from cosim.ssd import system
+    from gyro_cosim.monolith import Monolith
+    from gyro_cosim.ssd import system
 
     exact = Monolith(system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")).solve(np.array([0.0, 0.5])).end()
     for name, value in exact.items():

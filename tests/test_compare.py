@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from component import Component, build, input_, output
-from cosim import RunError, catalogue, system
-from cosim.compare import check_period, compare
-from cosim.difference import difference, time_shift
-from cosim.tolerance import Tolerances, read
-from gyro_unit.nonlinear import nonlinear
+from gyro_cosim import RunError, catalogue, system
+from gyro_cosim.compare import check_period, compare
+from gyro_cosim.component import Component, build, input_, output
+from gyro_cosim.difference import difference, time_shift
+from gyro_cosim.gyro_unit.nonlinear import nonlinear
+from gyro_cosim.tolerance import Tolerances, read
 
 HERE = str(Path(__file__))
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")

@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from vehicle.contact import creep_forces, hertz_patch
-from vehicle.creep_laws import LAWS
-from vehicle.kalker import LONG, RATIO, WIDE, coefficients
+from gyro_cosim.vehicle.contact import creep_forces, hertz_patch
+from gyro_cosim.vehicle.creep_laws import LAWS
+from gyro_cosim.vehicle.kalker import LONG, RATIO, WIDE, coefficients
 
 E, NU = 2.1e11, 0.3
 G = E / (2 * (1 + NU))

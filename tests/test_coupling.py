@@ -7,14 +7,14 @@ import numpy as np
 import oscillators
 import pytest
 
-from component import Component, build, input_, output, state
-from cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, Part, System, simulate, system
-from cosim.convergence import converge, ladder, own_error
-from cosim.coupling import Algorithm, History, Iterated
-from cosim.master import open_network, run
-from cosim.monolith import Monolith
-from cosim.network import projected
-from cosim.system import StopWhen
+from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, Part, System, simulate, system
+from gyro_cosim.component import Component, build, input_, output, state
+from gyro_cosim.convergence import converge, ladder, own_error
+from gyro_cosim.coupling import Algorithm, History, Iterated
+from gyro_cosim.master import open_network, run
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.network import projected
+from gyro_cosim.system import StopWhen
 
 ALGORITHMS = [
     *(method(degree) for method in (Jacobi, GaussSeidel) for degree in range(3)),

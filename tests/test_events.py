@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import small_fmus
 
-from cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, Part, SlaveError, System, simulate
-from cosim.adaptive import Adaptive
-from cosim.checkpoint import Checkpoint, Resume
-from cosim.master import Options, open_network, run
-from cosim.packing import pack
-from cosim.slaves import open_slave
+from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, Part, SlaveError, System, simulate
+from gyro_cosim.adaptive import Adaptive
+from gyro_cosim.checkpoint import Checkpoint, Resume
+from gyro_cosim.master import Options, open_network, run
+from gyro_cosim.packing import pack
+from gyro_cosim.slaves import open_slave
 
 G = 9.81
 

@@ -11,8 +11,7 @@ from fmpy.validation import validate_fmu
 from fmu_models import COMPONENTS, in_process, random_steps
 from fmu_opening import opened
 
-import fmus
-from cosim import catalogue
+from gyro_cosim import catalogue, fmus
 
 
 @pytest.mark.parametrize("version", ["2", "3"])

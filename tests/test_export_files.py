@@ -15,8 +15,8 @@ import pytest
 from fmu_models import COMPONENTS, gain, in_process, plain, random_steps
 from fmu_opening import opened
 
-import fmus
-from fmus.compiler import PLATFORMS, CompilerError, host, universal
+from gyro_cosim import fmus
+from gyro_cosim.fmus.compiler import PLATFORMS, CompilerError, host, universal
 
 
 def digest(path: Path) -> str:
@@ -161,7 +161,7 @@ def test_a_universal_library_holds_both() -> None:
 @pytest.mark.slow
 def test_five_platforms_from_this_machine(tmp_path: Path) -> None:
     """Every library is there under the name its folder asks for, and of the right kind; twice the same bytes."""
-    from cosim.check import check
+    from gyro_cosim.check import check
 
     paths = fmus.export(plain(), tmp_path / "a", fmi=("2", "3"), platforms=("all",))
     again = fmus.export(plain(), tmp_path / "b", fmi=("2", "3"), platforms=("all",))

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from fmu_models import COMPONENTS
 
-import fmus
-from fmus.compiler import PLATFORMS
-from fmus.package import _header_folder
+from gyro_cosim import fmus
+from gyro_cosim.fmus.compiler import PLATFORMS
+from gyro_cosim.fmus.package import _header_folder
 
 pytestmark = pytest.mark.slow
 SYSROOT = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross

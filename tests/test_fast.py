@@ -7,11 +7,10 @@ import oscillators
 import pytest
 import small_fmus
 
-import fmus
-from cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fast, simulate, system
-from cosim.coupling import Algorithm
-from cosim.master import open_network
-from cosim.system import Connection, Part
+from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fast, fmus, simulate, system
+from gyro_cosim.coupling import Algorithm
+from gyro_cosim.master import open_network
+from gyro_cosim.system import Connection, Part
 
 ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
 
@@ -44,8 +43,8 @@ def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm
 
 def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every connection gets a factor and an offset: same bits, and neither forgotten."""
-    from cosim import network
-    from cosim.wiring import Transfer
+    from gyro_cosim import network
+    from gyro_cosim.wiring import Transfer
 
     plain = network.transfer
     monkeypatch.setattr(network, "transfer", lambda *a: Transfer(0.5 * plain(*a).factor, plain(*a).offset + 0.1))

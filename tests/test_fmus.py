@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import small_fmus
 
-from cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, catalogue, simulate
-from cosim.slaves import Slave, open_slave
+from gyro_cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, catalogue, simulate
+from gyro_cosim.slaves import Slave, open_slave
 
 
 def both_versions(folder: Path) -> list[Slave]:
@@ -284,7 +284,7 @@ def test_members_that_lie_outside_are_refused_on_every_system(tmp_path: Path) ->
 
 
 def test_a_program_that_forgets_to_close_leaves_no_temporary_folder(tmp_path: Path) -> None:
-    code = "import sys; from cosim.slaves import open_slave; a = open_slave('a', sys.argv[1]); a.initialize({}, 0.0, 1.0)"
+    code = "import sys; from gyro_cosim.slaves import open_slave; a = open_slave('a', sys.argv[1]); a.initialize({}, 0.0, 1.0)"
     file = small_fmus.mixed(tmp_path)
     scratch = tmp_path / "scratch"
     scratch.mkdir()

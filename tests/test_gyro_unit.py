@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from frames import AXES, YAW_INERTIA, driven, framed, sine
 
-from cosim import Jacobi, catalogue, simulate
-from cosim.monolith import Monolith
-from gyro_unit import VARIANTS
-from gyro_unit.mount import BONDS, CONNECTOR
+from gyro_cosim import Jacobi, catalogue, simulate
+from gyro_cosim.gyro_unit import VARIANTS
+from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR
+from gyro_cosim.monolith import Monolith
 
 SPECS = [f"gyro_unit:{variant}" for variant in VARIANTS]
 PLAIN = [spec for spec in SPECS if ":hil" not in spec]  # what a rig returns need not be passive: see test_hil.py

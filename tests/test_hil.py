@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from frames import AXES, Rate, driven, ramp, sine
 
-from component import build, input_
-from cosim import Jacobi, catalogue, simulate, system
-from cosim.slaves import open_slave
-from gyro_unit import hil as rig
-from gyro_unit.multibody import multibody
-from gyro_unit.noise import Stream
-from gyro_unit.nonlinear import nonlinear
-from gyro_unit.rig_parameters import OFF
-from gyro_unit.twin import twin
+from gyro_cosim import Jacobi, catalogue, simulate, system
+from gyro_cosim.component import build, input_
+from gyro_cosim.gyro_unit import hil as rig
+from gyro_cosim.gyro_unit.multibody import multibody
+from gyro_cosim.gyro_unit.noise import Stream
+from gyro_cosim.gyro_unit.nonlinear import nonlinear
+from gyro_cosim.gyro_unit.rig_parameters import OFF
+from gyro_cosim.gyro_unit.twin import twin
+from gyro_cosim.slaves import open_slave
 
 HERE = str(Path(__file__))
 TICK = rig.TICK

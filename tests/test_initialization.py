@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import small_fmus
 
-from cosim import Connection, ConvergenceError, Jacobi, Part, SlaveError, System, WiringError, simulate
-from cosim.master import open_network, run
-from cosim.packing import pack
-from cosim.slaves import serving
+from gyro_cosim import Connection, ConvergenceError, Jacobi, Part, SlaveError, System, WiringError, simulate
+from gyro_cosim.master import open_network, run
+from gyro_cosim.packing import pack
+from gyro_cosim.slaves import serving
 
 VERSIONS = ((2, 2, 2), (3, 3, 3), (3, 2, 3))
 
@@ -103,7 +103,7 @@ def test_a_unit_without_initialization_mode_is_started_as_a_whole(
     """What only speaks START, as a device does, starts from its inputs' own start values; with BEGIN they have arrived."""
     from test_remote import offered
 
-    from cosim.slaves import open_slave
+    from gyro_cosim.slaves import open_slave
 
     if not initializes:
         told = serving.introduction

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from component.integration import METHODS, Progress, StepError, first_sample, input_at, macro_step, pieces, substeps
+from gyro_cosim.component.integration import METHODS, Progress, StepError, first_sample, input_at, macro_step, pieces, substeps
 
 U = np.array([[0.3, 0.5, -0.8]])
 
@@ -129,7 +129,7 @@ def test_whole_multiples_give_whole_numbers_of_substeps(step: float, n: int) -> 
 
 def test_a_large_model_is_stepped_by_calls_with_the_same_result() -> None:
     """Above SMALL_MODEL the step calls rhs instead of repeating it; the bits are those of the straight version."""
-    import component.integration as integration
+    from gyro_cosim.component import integration
 
     c = plain()
     straight = integration.step_function(c.rhs, "rk4")

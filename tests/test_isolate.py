@@ -14,10 +14,10 @@ import pytest
 import small_fmus
 from small_fmus import FAULTS
 
-from cosim import Connection, Part, SlaveError, System, simulate, system
-from cosim.packing import pack
-from cosim.slaves import open_slave, scratch
-from cosim.slaves.isolated import IsolatedSlave
+from gyro_cosim import Connection, Part, SlaveError, System, simulate, system
+from gyro_cosim.packing import pack
+from gyro_cosim.slaves import open_slave, scratch
+from gyro_cosim.slaves.isolated import IsolatedSlave
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
     children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children")
     mine = children.read_text().split() if children.is_file() else []
     commands = [Path(f"/proc/{pid}/cmdline").read_bytes() for pid in mine if Path(f"/proc/{pid}/cmdline").exists()]
-    assert not [c for c in commands if b"cosim.slaves.isolated" in c]
+    assert not [c for c in commands if b"gyro_cosim.slaves.isolated" in c]
 
 
 def broken(folder: Path, fault: str) -> System:
@@ -118,7 +118,7 @@ def test_the_command_line_survives_a_crash_and_keeps_the_results(tmp_path: Path,
 
 def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two processes open an FMU; one is killed. Its folder goes when the next one opens an FMU, the living one's stays."""
-    code = "import sys, time; from cosim.slaves import open_slave; s = open_slave('s', sys.argv[1]); print(1, flush=True)"
+    code = "import sys, time; from gyro_cosim.slaves import open_slave; s = open_slave('s', sys.argv[1]); print(1, flush=True)"
     code += "; time.sleep(60)"
     place, file = tmp_path / "place", str(small_fmus.mixed(tmp_path))
     place.mkdir()

@@ -11,10 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cosim import Algorithm, GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
-from cosim.master import macro_steps
-from cosim.monolith import Monolith
-from cosim.trajectory import read_csv
+from gyro_cosim import Algorithm, GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
+from gyro_cosim.master import macro_steps
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.trajectory import read_csv
 
 PAIR = system("wheel-pair")
 
@@ -155,13 +155,13 @@ def test_results_come_back_from_files(tmp_path: Path, name: str) -> None:
 
 def test_a_run_of_built_fmus_loads_no_model_and_no_figure_library() -> None:
     """Start-up is part of every command: what a short run of built FMUs does not need must not be imported."""
-    from cosim import catalogue
+    from gyro_cosim import catalogue
 
     for spec in ("vehicle:wheel_pair", "gyro_unit:linear"):
         catalogue.fmu(spec)
     code = """if True:
         import sys
-        from cosim.cli import main
+        from gyro_cosim.cli import main
         main(["run", "wheel-pair", "--stop", "0.1", "--json"])
         print([m for m in ("casadi", "matplotlib", "scipy", "fmpy", "numba", "pandas") if m in sys.modules], file=sys.stderr)
     """

@@ -12,9 +12,9 @@ import pytest
 import small_fmus
 from lxml import etree
 
-from cosim import Connection, Jacobi, Part, System, catalogue, simulate, system
-from cosim.packing import pack
-from cosim.system import Hop
+from gyro_cosim import Connection, Jacobi, Part, System, catalogue, simulate, system
+from gyro_cosim.packing import pack
+from gyro_cosim.system import Hop
 
 
 def schema(name: str) -> etree.XMLSchema:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from cosim import paper
-from cosim.paper import vehicle
-from cosim.paper.cases import Extent
+from gyro_cosim import paper
+from gyro_cosim.paper import vehicle
+from gyro_cosim.paper.cases import Extent
 
 FIGURES = ["figure_6.png", "figure_7.png", "figure_8.png", "figure_9.png", "figure_10.png"]
 CUT = Extent(straight=2.0, behind_slow=2.0, behind_fast=5.0, starts=("0mm",))

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim import figures, master
-from cosim.paper import cases, chance, measures, pair_draws, sensitivity_figures, vehicle_draws
-from cosim.paper.chance import influences, wilson
-from cosim.paper.draws import Bench, Study, Subject, carry_out
-from cosim.paper.open_parameters import Open, coordinates, draws, middle
-from cosim.paper.sensitivity import findings, ranking, sentences
-from cosim.paper.sensitivity_page import document, page
-from cosim.paper.studied import studied
-from cosim.sweep.store import journal_of, load
-from cosim.sweep.table import Table
-from cosim.trajectory import Trajectory
+from gyro_cosim import figures, master
+from gyro_cosim.paper import cases, chance, measures, pair_draws, sensitivity_figures, vehicle_draws
+from gyro_cosim.paper.chance import influences, wilson
+from gyro_cosim.paper.draws import Bench, Study, Subject, carry_out
+from gyro_cosim.paper.open_parameters import Open, coordinates, draws, middle
+from gyro_cosim.paper.sensitivity import findings, ranking, sentences
+from gyro_cosim.paper.sensitivity_page import document, page
+from gyro_cosim.paper.studied import studied
+from gyro_cosim.sweep.store import journal_of, load
+from gyro_cosim.sweep.table import Table
+from gyro_cosim.trajectory import Trajectory
 
 SHORT = cases.Extent(straight=1.0, behind_slow=5.0, behind_fast=5.0, starts=("0mm",))
 PAIR, VEHICLE = pair_draws.subject(), vehicle_draws.subject(SHORT)
@@ -258,7 +258,19 @@ def test_a_study_that_is_stopped_goes_on_and_repeats_nothing(tmp_path: Path) -> 
 
 
 def test_a_study_that_is_killed_goes_on(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "cosim", "paper", "--only-wheel-pair", "--draws", "30", "--seed", "3", "-o", str(tmp_path)]
+    command = [
+        sys.executable,
+        "-m",
+        "gyro_cosim",
+        "paper",
+        "--only-wheel-pair",
+        "--draws",
+        "30",
+        "--seed",
+        "3",
+        "-o",
+        str(tmp_path),
+    ]
     file = tmp_path / "draws_wheel-pair_30_3.csv"
     with subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(tmp_path)}
                           ) as process:  # fmt: skip

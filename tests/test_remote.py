@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim import Jacobi, SlaveError, simulate, system
-from cosim.slaves import open_slave
-from cosim.slaves.base import Slave
-from cosim.slaves.remote import RemoteSlave, parse
-from cosim.slaves.serving import listen, serve
-from cosim.slaves.wire import HEADER, MAGIC, Kind, Link, NonsenseError, array
+from gyro_cosim import Jacobi, SlaveError, simulate, system
+from gyro_cosim.slaves import open_slave
+from gyro_cosim.slaves.base import Slave
+from gyro_cosim.slaves.remote import RemoteSlave, parse
+from gyro_cosim.slaves.serving import listen, serve
+from gyro_cosim.slaves.wire import HEADER, MAGIC, Kind, Link, NonsenseError, array
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
 PLAIN = PLAN.with_source("gyro", "nonlinear")
@@ -118,7 +118,7 @@ def children() -> list[str]:
                 command = (entry / "cmdline").read_bytes()
             except OSError:
                 continue
-            if parent == str(os.getpid()) and b"cosim.slaves.serving" in command:
+            if parent == str(os.getpid()) and b"gyro_cosim.slaves.serving" in command:
                 found.append(entry.name)
     return found
 
@@ -197,7 +197,7 @@ def test_a_child_that_hangs_is_ended() -> None:
 def test_a_child_leaves_with_a_master_that_is_killed() -> None:
     """No orphan, even if the master has no chance to say good-bye."""
     code = (
-        "import time; from cosim.slaves import open_slave; s = open_slave('g', 'process:gyro_unit:nonlinear');"
+        "import time; from gyro_cosim.slaves import open_slave; s = open_slave('g', 'process:gyro_unit:nonlinear');"
         "print(s._child.pid, flush=True); time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as master:
@@ -330,7 +330,7 @@ def test_a_server_sends_nonsense_away_and_goes_on() -> None:
 
 def test_serve_is_a_command(cosim: Callable[..., Any]) -> None:
     with subprocess.Popen(
-        [sys.executable, "-m", "cosim", "serve", "gyro_unit:nonlinear", "--once"], stderr=subprocess.PIPE, text=True
+        [sys.executable, "-m", "gyro_cosim", "serve", "gyro_unit:nonlinear", "--once"], stderr=subprocess.PIPE, text=True
     ) as server:
         assert server.stderr is not None
         place = server.stderr.readline().split()[-1]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cosim import safety
+from gyro_cosim import safety
 
 T = np.arange(0.0, 20.0, 1e-3)
 

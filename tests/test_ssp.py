@@ -9,9 +9,9 @@ import oscillators
 import pytest
 import small_fmus
 
-from cosim import Connection, Jacobi, Part, System, WiringError, simulate, system
-from cosim.master import open_network
-from cosim.packing import pack
+from gyro_cosim import Connection, Jacobi, Part, System, WiringError, simulate, system
+from gyro_cosim.master import open_network
+from gyro_cosim.packing import pack
 
 HEAD = (
     '<ssd:SystemStructureDescription version="1.0" name="test" '

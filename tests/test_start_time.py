@@ -11,17 +11,17 @@ import numpy as np
 import oscillators
 import pytest
 
-from cosim import GaussSeidel, Iterated, Jacobi, Part, System, fast, simulate, system
-from cosim.adaptive import Adaptive
-from cosim.certificate import certify
-from cosim.checkpoint import Checkpoint, Resume
-from cosim.convergence import converge
-from cosim.coupling import Algorithm
-from cosim.master import Options, macro_steps, open_network, run
-from cosim.monolith import Monolith
-from cosim.packing import pack
-from cosim.recording import Recording
-from cosim.sweep import Sweep
+from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, fast, simulate, system
+from gyro_cosim.adaptive import Adaptive
+from gyro_cosim.certificate import certify
+from gyro_cosim.checkpoint import Checkpoint, Resume
+from gyro_cosim.convergence import converge
+from gyro_cosim.coupling import Algorithm
+from gyro_cosim.master import Options, macro_steps, open_network, run
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.packing import pack
+from gyro_cosim.recording import Recording
+from gyro_cosim.sweep import Sweep
 
 PAIR = system("wheel-pair")
 LATE, STEP = 64.0, 2.0**-9  # times and their differences are then exact, and so must be every bit of the results

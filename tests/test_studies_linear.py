@@ -14,9 +14,9 @@ import pytest
 from scipy.integrate import simpson
 from scipy.optimize import linear_sum_assignment
 
-from cosim import System, system
-from cosim.monolith import Monolith
-from cosim.studies import AtRest, Release, measured_root, optimum
+from gyro_cosim import System, system
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.studies import AtRest, Release, measured_root, optimum
 
 ROOT = Path(__file__).parent.parent
 RPM = np.pi / 30

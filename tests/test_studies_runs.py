@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cosim.comfort import W_B, W_D, mean_comfort
-from cosim.trajectory import Trajectory
+from gyro_cosim.comfort import W_B, W_D, mean_comfort
+from gyro_cosim.trajectory import Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]
 # Runs with the gyro do not hunt: what another compiler's last digits make of them stays far below this.

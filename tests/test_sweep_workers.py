@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 import small_fmus
 
-from cosim import Part, System, system
-from cosim.sweep import Sweep, load, sweep
-from cosim.sweep.store import journal_of
+from gyro_cosim import Part, System, system
+from gyro_cosim.sweep import Sweep, load, sweep
+from gyro_cosim.sweep.store import journal_of
 
 MANY = {"gyro.rotor_speed": "0rpm:300rpm:150"}
 
@@ -34,7 +34,7 @@ def running(file: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
     axis = f"gyro.rotor_speed={MANY['gyro.rotor_speed']}"
     command = ["sweep", "wheel-pair", "--set", axis, "--stop", "10", "--output", str(file), "--workers", "1", *options]
     pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": own_folder(file.parent)}
-    with subprocess.Popen([sys.executable, "-m", "cosim", *command], start_new_session=True, **pipes) as process:
+    with subprocess.Popen([sys.executable, "-m", "gyro_cosim", *command], start_new_session=True, **pipes) as process:
         while process.poll() is None and not (journal_of(file).exists() and journal_of(file).read_bytes().count(b"\n") > 3):
             time.sleep(0.02)
         yield process

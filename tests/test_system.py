@@ -7,8 +7,8 @@ import numpy as np
 import oscillators
 import pytest
 
-from cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssd, system
-from cosim.master import open_network
+from gyro_cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssd, system
+from gyro_cosim.master import open_network
 
 GAIN = f"{oscillators.HERE}:crossed"
 
@@ -85,8 +85,8 @@ def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
     """A foreign slave that speaks rpm drives one that listens in rad/s."""
     from dataclasses import replace
 
-    from cosim.network import Network
-    from cosim.slaves.in_process import ComponentSlave
+    from gyro_cosim.network import Network
+    from gyro_cosim.slaves.in_process import ComponentSlave
 
     source = ComponentSlave("a", oscillators.crossed())
     source.outputs = (replace(source.outputs[0], unit="rpm"),)

@@ -4,12 +4,19 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from vehicle.alignment import Alignment
-from vehicle.irregularity import unevenness
-from vehicle.profiles import Profile, conventional_wheel, equivalent_conicity, ntcirw_wheel, rail_head, rolling_radius_difference
-from vehicle.spectra import random_track, spectrum, tabulated_track
-from vehicle.track import Clothoid, Curve, Straight, Stretch, Track
-from vehicle.track_parameters import track_parameters
+from gyro_cosim.vehicle.alignment import Alignment
+from gyro_cosim.vehicle.irregularity import unevenness
+from gyro_cosim.vehicle.profiles import (
+    Profile,
+    conventional_wheel,
+    equivalent_conicity,
+    ntcirw_wheel,
+    rail_head,
+    rolling_radius_difference,
+)
+from gyro_cosim.vehicle.spectra import random_track, spectrum, tabulated_track
+from gyro_cosim.vehicle.track import Clothoid, Curve, Straight, Stretch, Track
+from gyro_cosim.vehicle.track_parameters import track_parameters
 
 LEFT_RIGHT = (
     Straight(30),

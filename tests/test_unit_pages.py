@@ -34,7 +34,7 @@ def test_the_page_works_as_written(page: str, cosim: Callable[..., Any]) -> None
 
 
 def test_the_rig_page_names_every_parameter_of_the_rig() -> None:
-    from gyro_unit.rig_parameters import RIG_SMALL
+    from gyro_cosim.gyro_unit.rig_parameters import RIG_SMALL
 
     text = (DOCS / "hil.md").read_text(encoding="utf-8")
     for parameter in RIG_SMALL:

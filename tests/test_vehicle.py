@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from cosim import catalogue, system
-from cosim.monolith import Monolith
-from cosim.studies import roots
+from gyro_cosim import catalogue, system
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.studies import roots
 
 RPM = 2 * np.pi / 60
 PAIR = system("wheel-pair")

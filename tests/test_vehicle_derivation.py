@@ -13,12 +13,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from component import Component
-from vehicle import car_body, wheel_frame
-from vehicle.alignment import Alignment
-from vehicle.lrt import lrt
-from vehicle.running_gear import frame_mass
-from vehicle.wheel_frame import FrameState
+from gyro_cosim.component import Component
+from gyro_cosim.vehicle import car_body, wheel_frame
+from gyro_cosim.vehicle.alignment import Alignment
+from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.running_gear import frame_mass
+from gyro_cosim.vehicle.wheel_frame import FrameState
 
 KAPPA, CANT, GRADE = 2e-3, -4e-3, 3e-3  # slopes per metre, from s = 0 on
 N_Q = 24

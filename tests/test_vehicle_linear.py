@@ -4,12 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from component.joined import Joined
-from gyro_unit.nonlinear import nonlinear_full
-from vehicle.lrt import lrt
-from vehicle.parameter_sets import parameter_set
-from vehicle.variants import lrt_solid_axle
-from vehicle.wheelset import wheelset
+from gyro_cosim.component.joined import Joined
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
+from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.parameter_sets import parameter_set
+from gyro_cosim.vehicle.variants import lrt_solid_axle
+from gyro_cosim.vehicle.wheelset import wheelset
 
 
 class Linear:

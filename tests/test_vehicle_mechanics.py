@@ -4,14 +4,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from vehicle import car_body
-from vehicle.alignment import Alignment
-from vehicle.lrt import lrt, motion, wheel_load
-from vehicle.profiles import ntcirw_wheel
-from vehicle.running_gear import Design, body_state, frame_mass
-from vehicle.track import Clothoid, Curve, Straight, Stretch, Track
-from vehicle.trim import trim
-from vehicle.wheel_rail import Wheel, flange_profile, touch, tread_profile
+from gyro_cosim.vehicle import car_body
+from gyro_cosim.vehicle.alignment import Alignment
+from gyro_cosim.vehicle.lrt import lrt, motion, wheel_load
+from gyro_cosim.vehicle.profiles import ntcirw_wheel
+from gyro_cosim.vehicle.running_gear import Design, body_state, frame_mass
+from gyro_cosim.vehicle.track import Clothoid, Curve, Straight, Stretch, Track
+from gyro_cosim.vehicle.trim import trim
+from gyro_cosim.vehicle.wheel_rail import Wheel, flange_profile, touch, tread_profile
 
 G = 9.81
 TWISTED = Track(

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from component.integration import macro_step
-from component.joined import Joined
-from gyro_unit.nonlinear import nonlinear_full
-from vehicle.lrt import lrt
-from vehicle.parameter_sets import parameter_set
-from vehicle.spectra import random_track
-from vehicle.track import Straight, Track
-from vehicle.variants import lrt_rough
+from gyro_cosim.component.integration import macro_step
+from gyro_cosim.component.joined import Joined
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
+from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.parameter_sets import parameter_set
+from gyro_cosim.vehicle.spectra import random_track
+from gyro_cosim.vehicle.track import Straight, Track
+from gyro_cosim.vehicle.variants import lrt_rough
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,12 @@ The first is the default.
 """
 
 VARIANTS = {
-    "wheel_pair": "vehicle.wheel_pair:wheel_pair",
-    "lrt": "vehicle.lrt:lrt",
-    "lrt_set_b": "vehicle.variants:lrt_set_b",
-    "lrt_shen_hedrick_elkins": "vehicle.variants:lrt_shen_hedrick_elkins",
-    "lrt_fastsim": "vehicle.variants:lrt_fastsim",
-    "lrt_rough": "vehicle.variants:lrt_rough",
-    "lrt_solid_axle": "vehicle.variants:lrt_solid_axle",
-    "wheelset": "vehicle.wheelset:wheelset",
+    "wheel_pair": "gyro_cosim.vehicle.wheel_pair:wheel_pair",
+    "lrt": "gyro_cosim.vehicle.lrt:lrt",
+    "lrt_set_b": "gyro_cosim.vehicle.variants:lrt_set_b",
+    "lrt_shen_hedrick_elkins": "gyro_cosim.vehicle.variants:lrt_shen_hedrick_elkins",
+    "lrt_fastsim": "gyro_cosim.vehicle.variants:lrt_fastsim",
+    "lrt_rough": "gyro_cosim.vehicle.variants:lrt_rough",
+    "lrt_solid_axle": "gyro_cosim.vehicle.variants:lrt_solid_axle",
+    "wheelset": "gyro_cosim.vehicle.wheelset:wheelset",
 }

@@ -14,16 +14,16 @@ from typing import Any
 
 import casadi as ca
 
-from component import Bond, Component, Variable, build
-from vehicle import car_body, wheel_frame
-from vehicle.alignment import Alignment
-from vehicle.creep_laws import creep_law
-from vehicle.lrt_parameters import lrt_parameters
-from vehicle.lrt_signals import ENDS, WHEELS, lrt_signals
-from vehicle.rotation import cross
-from vehicle.running_gear import Carried, Design, body_state, end_of, frame_mass, place_rows, rate_rows
-from vehicle.track_parameters import track_parameters
-from vehicle.trim import trim
+from gyro_cosim.component import Bond, Component, Variable, build
+from gyro_cosim.vehicle import car_body, wheel_frame
+from gyro_cosim.vehicle.alignment import Alignment
+from gyro_cosim.vehicle.creep_laws import creep_law
+from gyro_cosim.vehicle.lrt_parameters import lrt_parameters
+from gyro_cosim.vehicle.lrt_signals import ENDS, WHEELS, lrt_signals
+from gyro_cosim.vehicle.rotation import cross
+from gyro_cosim.vehicle.running_gear import Carried, Design, body_state, end_of, frame_mass, place_rows, rate_rows
+from gyro_cosim.vehicle.track_parameters import track_parameters
+from gyro_cosim.vehicle.trim import trim
 
 INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 

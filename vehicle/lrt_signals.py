@@ -3,8 +3,8 @@
 Every state is zero at rest at the set speed on straight level track, so that the vehicle starts without a transient.
 """
 
-from component import Variable, input_, output, state
-from vehicle.wheel_report import REPORT
+from gyro_cosim.component import Variable, input_, output, state
+from gyro_cosim.vehicle.wheel_report import REPORT
 
 ENDS = ("front", "rear")
 WHEELS = tuple(f"{end}_{side}" for end in ENDS for side in ("left", "right"))

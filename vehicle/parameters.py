@@ -3,7 +3,7 @@
 WHEEL_PAIR is Table 1 of the paper, the 1/10-scale wheel pair, less the rows that belong to the gyro unit.
 """
 
-from component import parameter
+from gyro_cosim.component import parameter
 
 WHEEL_PAIR = (
     parameter(

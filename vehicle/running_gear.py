@@ -10,16 +10,16 @@ from typing import Any
 
 import casadi as ca
 
-from vehicle import wheel_frame
-from vehicle.alignment import CAPACITY, Alignment, TrackPoint
-from vehicle.irregularity import unevenness
-from vehicle.lrt_signals import PLACE
-from vehicle.rotation import column
-from vehicle.suspension import Support, support
-from vehicle.trim import Trim
-from vehicle.wheel_frame import SIDES, FrameState, Rolling
-from vehicle.wheel_rail import SLOWEST
-from vehicle.wheel_report import report
+from gyro_cosim.vehicle import wheel_frame
+from gyro_cosim.vehicle.alignment import CAPACITY, Alignment, TrackPoint
+from gyro_cosim.vehicle.irregularity import unevenness
+from gyro_cosim.vehicle.lrt_signals import PLACE
+from gyro_cosim.vehicle.rotation import column
+from gyro_cosim.vehicle.suspension import Support, support
+from gyro_cosim.vehicle.trim import Trim
+from gyro_cosim.vehicle.wheel_frame import SIDES, FrameState, Rolling
+from gyro_cosim.vehicle.wheel_rail import SLOWEST
+from gyro_cosim.vehicle.wheel_report import report
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ They start as straight, level, even track. The standard curve (figs. 7 to 10) an
 vehicle.track and vehicle.spectra compute the others from segments, tables and spectra.
 """
 
-from component import Variable, parameter
-from vehicle.alignment import COLUMNS
-from vehicle.irregularity import CHANNELS, PARTS
+from gyro_cosim.component import Variable, parameter
+from gyro_cosim.vehicle.alignment import COLUMNS
+from gyro_cosim.vehicle.irregularity import CHANNELS, PARTS
 
 SOURCE = "track data"
 OPEN = "not in the paper"

@@ -17,8 +17,8 @@ from typing import Any
 
 import casadi as ca
 
-from vehicle.creep_laws import LAWS
-from vehicle.wheel_rail import hertz_stiffness, tread_press
+from gyro_cosim.vehicle.creep_laws import LAWS
+from gyro_cosim.vehicle.wheel_rail import hertz_stiffness, tread_press
 
 STEPS = 4
 MATRIX_FROM = {"fastsim": "polach"}

@@ -13,18 +13,18 @@ from typing import Any
 
 import casadi as ca
 
-from component import Component, Variable, build, input_, output, parameter, state
-from vehicle import wheel_frame
-from vehicle.alignment import Alignment
-from vehicle.irregularity import unevenness
-from vehicle.lrt import INTERNAL_STEP, with_starts
-from vehicle.lrt_parameters import MASSES, WHEEL, rail_and_contact
-from vehicle.rotation import column
-from vehicle.track_parameters import track_parameters
-from vehicle.trim import trim
-from vehicle.variants import CONVENTIONAL
-from vehicle.wheel_frame import SIDES, FrameState
-from vehicle.wheel_report import REPORT, report
+from gyro_cosim.component import Component, Variable, build, input_, output, parameter, state
+from gyro_cosim.vehicle import wheel_frame
+from gyro_cosim.vehicle.alignment import Alignment
+from gyro_cosim.vehicle.irregularity import unevenness
+from gyro_cosim.vehicle.lrt import INTERNAL_STEP, with_starts
+from gyro_cosim.vehicle.lrt_parameters import MASSES, WHEEL, rail_and_contact
+from gyro_cosim.vehicle.rotation import column
+from gyro_cosim.vehicle.track_parameters import track_parameters
+from gyro_cosim.vehicle.trim import trim
+from gyro_cosim.vehicle.variants import CONVENTIONAL
+from gyro_cosim.vehicle.wheel_frame import SIDES, FrameState
+from gyro_cosim.vehicle.wheel_report import REPORT, report
 
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M,   2 I_y W' = tau

@@ -8,7 +8,7 @@ from pathlib import Path
 import fmpy
 from case import Case, answer, asked
 
-from fmus.compiler import compile_libraries, host
+from gyro_cosim.fmus.compiler import compile_libraries, host
 
 HERE = Path(__file__).parent
 REPEATS = 10  # the loop is short: the fastest of them counts

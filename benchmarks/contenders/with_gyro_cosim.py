@@ -2,8 +2,8 @@
 
 from case import answer, asked
 
-from cosim import Connection, GaussSeidel, Jacobi, Part, System
-from cosim.master import open_network, run
+from gyro_cosim import Connection, GaussSeidel, Jacobi, Part, System
+from gyro_cosim.master import open_network, run
 
 REPEATS = 10  # as the C loop
 

@@ -1,17 +1,17 @@
 """The master: it couples components through their signals, and knows none of them by name.
 
-from cosim import Jacobi, simulate, system
+from gyro_cosim import Jacobi, simulate, system
 
 run = simulate(system("wheel-pair"), algorithm=Jacobi(1), step=1e-3, stop=60.0)
 print(run.trajectory["vehicle.yaw_angle"][-1], run.energy_residual)
 """
 
-from cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
-from cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
-from cosim.master import Run, simulate
-from cosim.ssd import system
-from cosim.system import Connection, Part, PowerBond, System
-from cosim.trajectory import Trajectory
+from gyro_cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
+from gyro_cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
+from gyro_cosim.master import Run, simulate
+from gyro_cosim.ssd import system
+from gyro_cosim.system import Connection, Part, PowerBond, System
+from gyro_cosim.trajectory import Trajectory
 
 __all__ = [
     "Algorithm",

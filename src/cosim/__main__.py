@@ -1,7 +1,7 @@
-"""`python -m cosim` is the command `cosim`."""
+"""`python -m gyro_cosim` is the command `cosim`."""
 
 import sys
 
-from cosim.cli import main
+from gyro_cosim.cli import main
 
 sys.exit(main())

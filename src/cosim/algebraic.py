@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cosim.errors import ConvergenceError
+from gyro_cosim.errors import ConvergenceError
 
 
 class Evaluating(Protocol):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim import safety
-from cosim.trajectory import Trajectory
+from gyro_cosim import safety
+from gyro_cosim.trajectory import Trajectory
 
 DISTANCE, CLIMB, COEFFICIENT, FORCE = "body_distance", "_climb", "_derailment_coefficient", "_lateral_force"
 LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
@@ -23,7 +23,7 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 class Assessment:
     """vehicle : its name in the system. wheels, pairs : their names.
 
-    verdict and worst Y/Q : see cosim.safety; worst is None where too few points a second were recorded for the filter, and
+    verdict and worst Y/Q : see gyro_cosim.safety; worst is None where too few points a second were recorded for the filter, and
         where the vehicle has not moved forward all the time.
     lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
     """

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from component.units import power_pair, unit
-from cosim.catalogue import unknown
-from cosim.errors import WiringError
-from cosim.system import Connection, PowerBond, System
+from gyro_cosim.catalogue import unknown
+from gyro_cosim.component.units import power_pair, unit
+from gyro_cosim.errors import WiringError
+from gyro_cosim.system import Connection, PowerBond, System
 
 
 @dataclass(frozen=True)

@@ -127,9 +127,9 @@ def _fingerprint(spec: str) -> str:
     """A hash of all that decides what the FMU of `spec` contains: model, contract and exporter sources, tools, machine."""
     head = spec.rpartition(":")[0]
     (entry, *_) = _entries("exporters")
-    packages = ["component", entry.module.partition(".")[0]]
+    packages = ["gyro_cosim.component", entry.module]
     files = [Path(head)] if head.endswith(".py") else []
-    packages += [] if files else [components()[head][spec.rpartition(":")[2]].partition(".")[0]]
+    packages += [] if files else [components()[head][spec.rpartition(":")[2]].partition(":")[0].rpartition(".")[0]]
     for package in packages:
         found = util.find_spec(package)
         for root in (found.submodule_search_locations or ()) if found else ():

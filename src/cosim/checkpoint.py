@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from cosim.coupling import Algorithm, History
-from cosim.energy import EnergyMeter
-from cosim.network import Network
-from cosim.recording import Recorder
+from gyro_cosim.coupling import Algorithm, History
+from gyro_cosim.energy import EnergyMeter
+from gyro_cosim.network import Network
+from gyro_cosim.recording import Recorder
 
 FORMAT = 2
 

@@ -1,7 +1,7 @@
 """A transport delay between a component and the rest, and what can be done about it where the answer comes in.
 
 What a unit sends at the communication points n, v_n, arrives as w_n. A delay of d macro steps and a linear compensator
-together are a filter with known coefficients, which the runs (Interface) and the eigenvalues (cosim.sampled) share:
+together are a filter with known coefficients, which the runs (Interface) and the eigenvalues (gyro_cosim.sampled) share:
 
     w_n = sum_j b_j v_{n-j} + sum_{j >= 1} a_j w_{n-j}                                                        (1)
 
@@ -166,7 +166,7 @@ class Filter:
 
 @dataclass(frozen=True)
 class PassivityController:
-    """(6) on the sum over a unit's bonds. Energy in J; see cosim.unit_energy.
+    """(6) on the sum over a unit's bonds. Energy in J; see gyro_cosim.unit_energy.
 
     absorbed : what the unit has taken and the controller has let pass. motion, effort : sums of squares so far, for the bound.
 

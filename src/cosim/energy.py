@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from component.units import unit
-from cosim.bonds import Bond
-from cosim.network import Network
+from gyro_cosim.bonds import Bond
+from gyro_cosim.component.units import unit
+from gyro_cosim.network import Network
 
 UNTRUSTED = 0.01  # share of a bond's energy
 NEGLIGIBLE = 1e-6, 1e-12  # share of the energy of the largest bond, and J: at rest only rounding is exchanged

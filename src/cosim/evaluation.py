@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.algebraic import Evaluating, LoopSolver
-from cosim.dataflow import cycle, loops, strong_components
-from cosim.errors import ConvergenceError
+from gyro_cosim.algebraic import Evaluating, LoopSolver
+from gyro_cosim.dataflow import cycle, loops, strong_components
+from gyro_cosim.errors import ConvergenceError
 
 EXCHANGES = 50  # rounds after which inputs and outputs at the start must agree
 AGREEMENT = 1e-10  # relative; loops are solved to 1e-12

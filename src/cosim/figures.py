@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cosim.trajectory import Trajectory
+from gyro_cosim.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
-    from cosim.assessment import Assessment
-    from cosim.convergence import Convergence
+    from gyro_cosim.assessment import Assessment
+    from gyro_cosim.convergence import Convergence
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: told apart by everyone
 
@@ -73,8 +73,8 @@ def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = ""
 
 def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "") -> "Figure":
     """Lateral displacement, yaw angle, Y and Y/Q of a railway vehicle over the distance along the track."""
-    from cosim.assessment import COEFFICIENT, DISTANCE, FORCE, LATERAL, YAW
-    from cosim.safety import LIMIT
+    from gyro_cosim.assessment import COEFFICIENT, DISTANCE, FORCE, LATERAL, YAW
+    from gyro_cosim.safety import LIMIT
 
     made, axes = figure(4, 1, (9.0, 9.0), sharex=True)
     distance = trajectory[f"{assessment.vehicle}.{DISTANCE}"]

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from cosim.network import Network
-from cosim.slaves.base import Slave, StateSpace
+from gyro_cosim.network import Network
+from gyro_cosim.slaves.base import Slave, StateSpace
 
 
 class LinearSlave(Slave):

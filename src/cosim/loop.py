@@ -8,7 +8,7 @@ operation by operation, so all three give the same bits; a test holds them to it
 import sys
 from typing import Any
 
-from cosim.calls import (
+from gyro_cosim.calls import (
     DEGREE,
     DO_STEP,
     DU_ORDERS,
@@ -47,7 +47,7 @@ def march(
 ) -> int:  # fmt: skip
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
-    S : table of slaves, see cosim.calls.
+    S : table of slaves, see gyro_cosim.calls.
     source, scale, offset : per connected input, slave by slave. fresh : whether its source has stepped already (Gauss-Seidel).
     u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
     orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.

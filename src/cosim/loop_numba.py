@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import config, njit, types
 from numba.extending import intrinsic, overload
 
-from cosim import calls, energy, loop
+from gyro_cosim import calls, energy, loop
 
 
 def _foreign(name: str, *kinds: str) -> Callable[..., Any]:
@@ -88,7 +88,7 @@ def compiled_march() -> Any:
 
 
 def compiled_meter() -> Any:
-    """`accumulate` of cosim.energy as machine code."""
+    """`accumulate` of gyro_cosim.energy as machine code."""
     return _compiled(energy.accumulate)
 
 

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cosim import adaptive, fast
-from cosim.adaptive import Adaptive
-from cosim.checkpoint import Checkpoint, Resume
-from cosim.coupling import Algorithm, History
-from cosim.energy import EnergyMeter
-from cosim.network import Network
-from cosim.recording import Recorder, Recording
+from gyro_cosim import adaptive, fast
+from gyro_cosim.adaptive import Adaptive
+from gyro_cosim.checkpoint import Checkpoint, Resume
+from gyro_cosim.coupling import Algorithm, History
+from gyro_cosim.energy import EnergyMeter
+from gyro_cosim.network import Network
+from gyro_cosim.recording import Recorder, Recording
 
 Progress = Callable[[float, float], None]
 HISTORY = 4  # rows of outputs before the newest that a chunk begins with

@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from cosim.coupling import Algorithm, Jacobi
-from cosim.energy import BondEnergy, untrustworthy
-from cosim.errors import EndRequest, RunError
-from cosim.march import March, Options, Progress
-from cosim.network import Network
-from cosim.slaves import Slave, open_slave
-from cosim.slaves.opened import Shelf
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim.coupling import Algorithm, Jacobi
+from gyro_cosim.energy import BondEnergy, untrustworthy
+from gyro_cosim.errors import EndRequest, RunError
+from gyro_cosim.march import March, Options, Progress
+from gyro_cosim.network import Network
+from gyro_cosim.slaves import Slave, open_slave
+from gyro_cosim.slaves.opened import Shelf
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
 

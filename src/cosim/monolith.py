@@ -13,12 +13,12 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from component.calling import bound
-from cosim import catalogue
-from cosim.network import Network
-from cosim.slaves.in_process import ComponentSlave
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim import catalogue
+from gyro_cosim.component.calling import bound
+from gyro_cosim.network import Network
+from gyro_cosim.slaves.in_process import ComponentSlave
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 
 class Monolith:

@@ -4,8 +4,8 @@ import math
 import re
 from dataclasses import dataclass, replace
 
-from component.units import BASE, Unit
-from component.units import unit as known_unit
+from gyro_cosim.component.units import BASE, Unit
+from gyro_cosim.component.units import unit as known_unit
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|[-+]?nan)\s*(\S*)\s*", re.IGNORECASE)
 

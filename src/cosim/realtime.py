@@ -29,7 +29,7 @@ from typing import Literal
 
 import numpy as np
 
-from cosim.errors import RunError
+from gyro_cosim.errors import RunError
 
 Policy = Literal["count", "skip", "stop"]
 POLICIES: tuple[Policy, ...] = ("count", "skip", "stop")

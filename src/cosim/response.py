@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.slaves import Slave
+from gyro_cosim.slaves import Slave
 
 LINES = 24
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.trajectory import even_step
+from gyro_cosim.trajectory import even_step
 
 LIMIT = 0.8  # EN 14363, filtered Y/Q
 CUT_OFF = 20.0  # Hz

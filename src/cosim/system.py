@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from component.units import Unit
-from cosim.catalogue import components, unknown
-from cosim.errors import WiringError
+from gyro_cosim.catalogue import components, unknown
+from gyro_cosim.component.units import Unit
+from gyro_cosim.errors import WiringError
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from component.units import quantity
-from cosim.catalogue import unknown
+from gyro_cosim.catalogue import unknown
+from gyro_cosim.component.units import quantity
 
 UNITS = {"rms": "1", "peak": "1", "shift": "s"}
 

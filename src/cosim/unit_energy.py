@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from component.units import unit
-from cosim.compensation import BALANCE
-from cosim.network import Network
-from cosim.trajectory import Trajectory
+from gyro_cosim.compensation import BALANCE
+from gyro_cosim.component.units import unit
+from gyro_cosim.network import Network
+from gyro_cosim.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

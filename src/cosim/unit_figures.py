@@ -4,15 +4,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cosim.compare import Candidate, Comparison
-from cosim.figures import COLOURS, figure, with_unit
+from gyro_cosim.compare import Candidate, Comparison
+from gyro_cosim.figures import COLOURS, figure, with_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from cosim.delay import DelayMap
-    from cosim.realtime import Report
+    from gyro_cosim.delay import DelayMap
+    from gyro_cosim.realtime import Report
 
 
 SIGNALS = 3  # panels of time histories

@@ -8,9 +8,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from cosim.check.archive import Found
-from cosim.slaves import child
-from cosim.slaves.scratch import ScratchFolder
+from gyro_cosim.check.archive import Found
+from gyro_cosim.slaves import child
+from gyro_cosim.slaves.scratch import ScratchFolder
 
 PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
 
@@ -61,7 +61,7 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
     report = scratch / "report"
     report.write_bytes(b"")
     with (scratch / "said").open("wb") as said:
-        run = child.start("cosim.check.probes", (str(folder), str(report), *probes), words=said, folder=scratch)
+        run = child.start("gyro_cosim.check.probes", (str(folder), str(report), *probes), words=said, folder=scratch)
         try:
             ending = _wait(run, report, timeout)
         finally:

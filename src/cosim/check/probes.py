@@ -1,14 +1,14 @@
-"""The program inside the child process: python -m cosim.check.probes FOLDER REPORT PROBE... PARENT"""
+"""The program inside the child process: python -m gyro_cosim.check.probes FOLDER REPORT PROBE... PARENT"""
 
 import json
 import sys
 from functools import partial
 from pathlib import Path
 
-from cosim.check import behaviour, numerics
-from cosim.check.bench import Bench
-from cosim.check.subject import Refused
-from cosim.slaves import child
+from gyro_cosim.check import behaviour, numerics
+from gyro_cosim.check.bench import Bench
+from gyro_cosim.check.subject import Refused
+from gyro_cosim.slaves import child
 
 PROBES = {
     probe.__name__: probe

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cosim.check.description import REAL, number
+from gyro_cosim.check.description import REAL, number
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 

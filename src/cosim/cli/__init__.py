@@ -9,7 +9,7 @@ from importlib import import_module
 
 import typer
 
-from cosim.errors import RunError
+from gyro_cosim.errors import RunError
 
 # Command -> its file in this folder. Only what is called is loaded: start-up is part of every command.
 COMMANDS = {
@@ -41,7 +41,7 @@ def application(commands: Sequence[str]) -> typer.Typer:
     )
     app.callback()(lambda: None)  # with this a single command keeps its name
     for name in commands:
-        app.command(name)(import_module(f"cosim.cli.{COMMANDS[name]}").command)
+        app.command(name)(import_module(f"gyro_cosim.cli.{COMMANDS[name]}").command)
     return app
 
 

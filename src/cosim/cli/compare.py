@@ -7,9 +7,9 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
-from cosim.compare import Candidate, Comparison, compare
-from cosim.coupling import ALGORITHMS, algorithm
+from gyro_cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from gyro_cosim.compare import Candidate, Comparison, compare
+from gyro_cosim.coupling import ALGORITHMS, algorithm
 
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
 
@@ -35,7 +35,7 @@ def command(
 
     Exit code 1 where a variant does not keep the tolerances. --set gyro.X=... goes to the variants that have an X.
     """
-    from cosim import figures, tolerance
+    from gyro_cosim import figures, tolerance
 
     values = []
     for text in set_ or ():
@@ -52,7 +52,7 @@ def command(
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
-        from cosim import unit_figures
+        from gyro_cosim import unit_figures
 
         figures.save(unit_figures.comparison(result), plot)
     say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))

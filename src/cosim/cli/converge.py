@@ -6,8 +6,20 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from cosim.cli.common import AsJson, Gyro, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
-from cosim.coupling import algorithm
+from gyro_cosim.cli.common import (
+    AsJson,
+    Gyro,
+    InProcess,
+    SystemName,
+    Values,
+    chosen_system,
+    finite,
+    progress,
+    say,
+    seconds,
+    writable,
+)
+from gyro_cosim.coupling import algorithm
 
 
 def command(
@@ -31,8 +43,8 @@ def command(
 
     The reference is the same model without coupling: exact by the matrix exponential where it is linear.
     """
-    from cosim import figures
-    from cosim.convergence import converge
+    from gyro_cosim import figures
+    from gyro_cosim.convergence import converge
 
     plan = chosen_system(system, gyro, set_)
     coarsest = seconds(step, "--step") or 32 * plan.step

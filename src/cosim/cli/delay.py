@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
-from cosim.compensation import COMPENSATORS
-from cosim.coupling import ALGORITHMS, algorithm
-from cosim.delay import Margin, Remedy, Setting
-from cosim.system import System
+from gyro_cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
+from gyro_cosim.compensation import COMPENSATORS
+from gyro_cosim.coupling import ALGORITHMS, algorithm
+from gyro_cosim.delay import Margin, Remedy, Setting
+from gyro_cosim.system import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
 
@@ -41,9 +41,9 @@ def command(
 
     Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
     """
-    from cosim import figures, tolerance
-    from cosim.compare import five_percent
-    from cosim.delay import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
+    from gyro_cosim import figures, tolerance
+    from gyro_cosim.compare import five_percent
+    from gyro_cosim.delay import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
@@ -73,7 +73,7 @@ def command(
     if grid is not None and plot is not None:
         import numpy as np
 
-        from cosim import unit_figures
+        from gyro_cosim import unit_figures
 
         name, values, unit = grid
         steps = np.array([setting.step / 2**k for k in range(4)])
@@ -117,8 +117,8 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     """The parameter, the values that LOW:HIGH:N or A,B,... mean in its unit, and that unit."""
     import numpy as np
 
-    from cosim.sweep.axes import Listed, parse
-    from cosim.sweep.inquiry import Inquiry
+    from gyro_cosim.sweep.axes import Listed, parse
+    from gyro_cosim.sweep.inquiry import Inquiry
 
     name, equals, words = text.partition("=")
     if not equals:

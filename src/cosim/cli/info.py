@@ -6,13 +6,13 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from cosim import archive
-from cosim.cli.common import AsJson, say
-from cosim.master import open_network
-from cosim.network import Network
-from cosim.slaves.description import Description, Row, load
-from cosim.slaves.variables import interface
-from cosim.ssd import system as named_system
+from gyro_cosim import archive
+from gyro_cosim.cli.common import AsJson, say
+from gyro_cosim.master import open_network
+from gyro_cosim.network import Network
+from gyro_cosim.slaves.description import Description, Row, load
+from gyro_cosim.slaves.variables import interface
+from gyro_cosim.ssd import system as named_system
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",

@@ -2,9 +2,9 @@
 
 from rich.table import Table
 
-from cosim import catalogue, ssd
-from cosim.cli.common import AsJson, say
-from cosim.coupling import ALGORITHMS, algorithm
+from gyro_cosim import catalogue, ssd
+from gyro_cosim.cli.common import AsJson, say
+from gyro_cosim.coupling import ALGORITHMS, algorithm
 
 
 def command(as_json: AsJson = False) -> int:

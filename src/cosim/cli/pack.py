@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from cosim.cli.common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
-from cosim.packing import pack
+from gyro_cosim.cli.common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
+from gyro_cosim.packing import pack
 
 
 def command(

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from cosim.cli.common import AsJson, progress, say
+from gyro_cosim.cli.common import AsJson, progress, say
 
 
 def command(
@@ -25,8 +25,8 @@ def command(
 
     Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
     """
-    from cosim import report
-    from cosim.paper import DRAWS, SEED, reproduce, studied, subjects
+    from gyro_cosim import report
+    from gyro_cosim.paper import DRAWS, SEED, reproduce, studied, subjects
 
     count = DRAWS if draws is None else draws
     if count < 0:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cosim.cli.common import AsJson, say, writable
+from gyro_cosim.cli.common import AsJson, say, writable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,8 +25,8 @@ def command(
     as_json: AsJson = False,
 ) -> int:
     """Draw signals of a run over time, or a measure of a sweep over its axes."""
-    from cosim import figures
-    from cosim.sweep.store import journal_of
+    from gyro_cosim import figures
+    from gyro_cosim.sweep.store import journal_of
 
     image = output or file.with_suffix(".png")
     writable(image, figures.check_format)
@@ -39,15 +39,15 @@ def command(
 
 
 def _holds_a_sweep(file: Path) -> bool:
-    from cosim.sweep.store import journal_of
-    from cosim.sweep.table import is_sweep
+    from gyro_cosim.sweep.store import journal_of
+    from gyro_cosim.sweep.table import is_sweep
 
     return journal_of(file).is_file() or is_sweep(file)
 
 
 def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
-    from cosim.sweep.maps import draw, selected
-    from cosim.sweep.store import load
+    from gyro_cosim.sweep.maps import draw, selected
+    from gyro_cosim.sweep.store import load
 
     table = load(file)
     for text in where:
@@ -59,8 +59,8 @@ def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
 
 
 def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
-    from cosim import figures
-    from cosim.trajectory import read_csv
+    from gyro_cosim import figures
+    from gyro_cosim.trajectory import read_csv
 
     if where:
         raise ValueError(f"--where is for the file of a sweep, {str(file)!r} is none")

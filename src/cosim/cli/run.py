@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cosim import trajectory
-from cosim.cli.common import (
+from gyro_cosim import trajectory
+from gyro_cosim.cli.common import (
     AsJson,
     Gyro,
     InProcess,
@@ -20,12 +20,12 @@ from cosim.cli.common import (
     seconds,
     writable,
 )
-from cosim.cli.summary import certificate_document, certificate_words, document, summary
-from cosim.coupling import ALGORITHMS, algorithm
-from cosim.errors import RunError
-from cosim.master import Options, Run, macro_steps, open_network
-from cosim.master import run as run_network
-from cosim.realtime import Pacer
+from gyro_cosim.cli.summary import certificate_document, certificate_words, document, summary
+from gyro_cosim.coupling import ALGORITHMS, algorithm
+from gyro_cosim.errors import RunError
+from gyro_cosim.master import Options, Run, macro_steps, open_network
+from gyro_cosim.master import run as run_network
+from gyro_cosim.realtime import Pacer
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -78,8 +78,8 @@ def command(
     Without options `cosim run wheel-pair` is the paper's case of figure 4: v = 10 m/s, rotor at 100 rpm, starting at
     y = 0.001 m and psi = 0.314 rad.
     """
-    from cosim.adaptive import Adaptive
-    from cosim.checkpoint import Checkpoint, Resume
+    from gyro_cosim.adaptive import Adaptive
+    from gyro_cosim.checkpoint import Checkpoint, Resume
 
     plan = chosen_system(system, gyro, set_)
     chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
@@ -93,7 +93,7 @@ def command(
         raise ValueError("--certify needs an even macro step and all results of the whole run")
     writable(output, trajectory.check_format)
     if plot is not None:
-        from cosim import figures
+        from gyro_cosim import figures
 
         writable(plot, figures.check_format)
     interval = seconds(every, "--every") or 0.0
@@ -123,7 +123,7 @@ def command(
                     raise
                 failure, run = error, error.partial
         if certify and failure is None and run.status == "done":
-            from cosim.certificate import certify as certify_run
+            from gyro_cosim.certificate import certify as certify_run
 
             with progress("certifying") as show:
                 try:
@@ -169,7 +169,7 @@ def _substeps(given: list[str] | None) -> dict[str, int]:
 
 
 def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
-    from cosim.recording import Recording
+    from gyro_cosim.recording import Recording
 
     return Recording(tuple(select or ()), every, stream)
 
@@ -178,8 +178,8 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
     if output is not None:
         run.trajectory.save(output)
     if plot is not None:
-        from cosim import figures
-        from cosim.assessment import assess
+        from gyro_cosim import figures
+        from gyro_cosim.assessment import assess
 
         title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
         vehicles = assess(run.trajectory)

@@ -4,10 +4,10 @@ from typing import Any
 
 from rich.table import Table
 
-from cosim.assessment import Assessment, assess
-from cosim.certificate import Certificate
-from cosim.cli.common import finite
-from cosim.master import Run
+from gyro_cosim.assessment import Assessment, assess
+from gyro_cosim.certificate import Certificate
+from gyro_cosim.cli.common import finite
+from gyro_cosim.master import Run
 
 SHOWN = 30  # outputs up to which a summary lists every one
 

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.coupling.base import Algorithm, Used, can_restore, discard_all, go_back, save_all, step_all
-from cosim.coupling.history import History
-from cosim.network import Network
+from gyro_cosim.coupling.base import Algorithm, Used, can_restore, discard_all, go_back, save_all, step_all
+from gyro_cosim.coupling.history import History
+from gyro_cosim.network import Network
 
 # Integral over the next step of what extrapolation of degree k misses, in steps times the difference of order k + 1.
 MISSED = (1 / 2, 5 / 12, 3 / 8)

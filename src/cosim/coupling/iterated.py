@@ -17,11 +17,11 @@ from typing import Literal
 
 import numpy as np
 
-from cosim.coupling.base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
-from cosim.coupling.history import History
-from cosim.errors import ConvergenceError
-from cosim.linear import linearised
-from cosim.network import Network
+from gyro_cosim.coupling.base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
+from gyro_cosim.coupling.history import History
+from gyro_cosim.errors import ConvergenceError
+from gyro_cosim.linear import linearised
+from gyro_cosim.network import Network
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from cosim import report
-from cosim.paper import vehicle, wheel_pair
-from cosim.paper.cases import Extent
-from cosim.paper.studied import DRAWS, SEED, studied, subjects
-from cosim.report import Claim
+from gyro_cosim import report
+from gyro_cosim.paper import vehicle, wheel_pair
+from gyro_cosim.paper.cases import Extent
+from gyro_cosim.paper.studied import DRAWS, SEED, studied, subjects
+from gyro_cosim.report import Claim
 
 __all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
 

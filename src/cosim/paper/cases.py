@@ -1,7 +1,7 @@
 """The cases of the full vehicle, figures 6 to 10: which runs there are, how long they take, and what is recorded of them.
 
 "Off" is 0 rpm, "on" 2000 rpm. The straight case runs at 50 m/s over five waves, the curve of 50 m at 5 and at 8 m/s. The ledger
-runs two parameter sets from several starts; cosim.paper.draws runs the same cases for draws from the open parameters.
+runs two parameter sets from several starts; gyro_cosim.paper.draws runs the same cases for draws from the open parameters.
 """
 
 import multiprocessing
@@ -10,14 +10,14 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from cosim import catalogue
-from cosim.assessment import Assessment, assess
-from cosim.coupling import Jacobi
-from cosim.master import Options, simulate
-from cosim.recording import Recording
-from cosim.ssd import system as named_system
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim import catalogue
+from gyro_cosim.assessment import Assessment, assess
+from gyro_cosim.coupling import Jacobi
+from gyro_cosim.master import Options, simulate
+from gyro_cosim.recording import Recording
+from gyro_cosim.ssd import system as named_system
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 SETS = {"A": "Table 2's wheels", "B": "no spin inertia"}
 SYSTEMS = {"A": "", "B": "-b"}

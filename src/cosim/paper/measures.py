@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from cosim import safety
-from cosim.trajectory import Trajectory
+from gyro_cosim import safety
+from gyro_cosim.trajectory import Trajectory
 
 Measures = dict[str, float]
 Margins = dict[str, float]  # part of a claim -> margin

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from cosim import catalogue
-from cosim.system import Part, System
+from gyro_cosim import catalogue
+from gyro_cosim.system import Part, System
 
 TIED = (("gyro.gimbal_stiffness", "gyro.gimbal_damping"),)  # drawn together: the number of springs is that of the dampers
 

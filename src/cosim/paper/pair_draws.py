@@ -1,4 +1,4 @@
-"""The wheel pair as the subject of a study over its open parameters: claims C1 to C4. See cosim.paper.pair_measures."""
+"""The wheel pair as the subject of a study over its open parameters: claims C1 to C4. See gyro_cosim.paper.pair_measures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from cosim import master
-from cosim.network import Network
-from cosim.paper import pair_measures
-from cosim.paper.draws import NAMED, sources_of
-from cosim.paper.measures import Margins
-from cosim.paper.open_parameters import Open, open_parameters, values_of
-from cosim.paper.pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
-from cosim.ssd import system as named_system
-from cosim.sweep.axes import Point
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim import master
+from gyro_cosim.network import Network
+from gyro_cosim.paper import pair_measures
+from gyro_cosim.paper.draws import NAMED, sources_of
+from gyro_cosim.paper.measures import Margins
+from gyro_cosim.paper.open_parameters import Open, open_parameters, values_of
+from gyro_cosim.paper.pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
+from gyro_cosim.ssd import system as named_system
+from gyro_cosim.sweep.axes import Point
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 WHEELS = "Table 1"  # there is one kind
 FINENESS = 200  # of the root loci; the ledger's are twice as fine, to be drawn
@@ -26,7 +26,7 @@ FINENESS = 200  # of the root loci; the ledger's are twice as fine, to be drawn
 
 @dataclass(frozen=True)
 class PairSubject:
-    """See cosim.paper.draws.Subject."""
+    """See gyro_cosim.paper.draws.Subject."""
 
     system: System
     parameters: tuple[Open, ...]
@@ -74,7 +74,7 @@ class PairBench:
         self._network: Network | None = None
 
     def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
-        """See cosim.paper.draws.Bench."""
+        """See gyro_cosim.paper.draws.Bench."""
         plan = self._system
         for target, value in point.items():
             if target not in NAMED:

@@ -1,6 +1,6 @@
 """The cases of the wheel pair, figures 2 to 4: roots and runs, and the margins of claims C1 to C4 that follow from them.
 
-As in cosim.paper.measures a part of a claim came out where its margin is positive.
+As in gyro_cosim.paper.measures a part of a claim came out where its margin is positive.
 """
 
 from collections.abc import Callable
@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.coupling import Jacobi
-from cosim.master import simulate
-from cosim.paper.measures import Margins, decades
-from cosim.studies import roots, travel
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim.coupling import Jacobi
+from gyro_cosim.master import simulate
+from gyro_cosim.paper.measures import Margins, decades
+from gyro_cosim.studies import roots, travel
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 RPM = 2 * np.pi / 60  # rad/s
 SPIN, SPEED = "gyro.rotor_speed", "vehicle.speed"

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cosim.paper.chance import Influence, Share, influences, wilson
-from cosim.paper.draws import DRAW, MARGIN, MIDDLE, Study
-from cosim.paper.open_parameters import TIED, coordinates
-from cosim.sweep.table import Table
+from gyro_cosim.paper.chance import Influence, Share, influences, wilson
+from gyro_cosim.paper.draws import DRAW, MARGIN, MIDDLE, Study
+from gyro_cosim.paper.open_parameters import TIED, coordinates
+from gyro_cosim.sweep.table import Table
 
 MOST = 3  # parameters that a sentence names
 EITHER = 10  # draws at least in which a claim holds, and does not, for its truth to be correlated with anything

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cosim import figures
-from cosim.paper.sensitivity import Finding, shown
+from gyro_cosim import figures
+from gyro_cosim.paper.sensitivity import Finding, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

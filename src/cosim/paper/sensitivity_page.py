@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from cosim.paper.chance import wilson
-from cosim.paper.draws import DRAW, Study
-from cosim.paper.sensitivity import Finding, Ranked, findings, margin_of, ranking, shown
-from cosim.sweep.table import Table
+from gyro_cosim.paper.chance import wilson
+from gyro_cosim.paper.draws import DRAW, Study
+from gyro_cosim.paper.sensitivity import Finding, Ranked, findings, margin_of, ranking, shown
+from gyro_cosim.sweep.table import Table
 
 BEST = 5  # draws that the ranking shows
 

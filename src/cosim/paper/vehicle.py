@@ -3,18 +3,18 @@
 Everything is computed for two vehicles side by side, since a choice that the paper does not document decides C6 and C10: with
 Table 2's wheels as they are (set A), and with wheels almost without spin inertia, as in equations (1)-(3) (set B).
 A run that hunts in the flanges is chaotic, so every case in the curve is run for several starts a tenth of a millimetre apart;
-figures show the first, verdicts count all. Cases: cosim.paper.cases; measures and verdicts: cosim.paper.measures.
+figures show the first, verdicts count all. Cases: gyro_cosim.paper.cases; measures and verdicts: gyro_cosim.paper.measures.
 """
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from cosim import catalogue, figures
-from cosim.paper import measures
-from cosim.paper.cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
-from cosim.paper.measures import COEFFICIENT, FORCE, PSI, Y, climb, curve, holds, medians
-from cosim.report import Claim
+from gyro_cosim import catalogue, figures
+from gyro_cosim.paper import measures
+from gyro_cosim.paper.cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
+from gyro_cosim.paper.measures import COEFFICIENT, FORCE, PSI, Y, climb, curve, holds, medians
+from gyro_cosim.report import Claim
 
 ANGLES = {Y: ("lateral displacement y [mm]", 1e3), PSI: ("yaw angle $\\psi$ [mrad]", 1e3)}
 FORCES = {

@@ -2,7 +2,7 @@
 
 Each draw runs the ledger's cases from its first start: off and on, 50 m/s straight, 5 and 8 m/s in the curve. One start is
 enough here: what chaos decides is spread over the draws. Each is run with both kinds of wheels, Table 2's and those almost
-without spin inertia, so that the two differ in nothing else. What is measured and judged is cosim.paper.measures.
+without spin inertia, so that the two differ in nothing else. What is measured and judged is gyro_cosim.paper.measures.
 
 Runs are as long as in the ledger, but for two savings: at 5 m/s 50 m of track behind the curve, where no claim looks farther;
 and a straight run that hunts, steadily, half-way through is left there, since it will not settle in the other half.
@@ -16,16 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from cosim import master
-from cosim.network import Network
-from cosim.paper import cases, measures
-from cosim.paper.cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
-from cosim.paper.draws import NAMED, plain, sources_of
-from cosim.paper.measures import Margins, Measures, Y
-from cosim.paper.open_parameters import Open, open_parameters, values_of
-from cosim.sweep.axes import Point
-from cosim.system import System
-from cosim.trajectory import Trajectory
+from gyro_cosim import master
+from gyro_cosim.network import Network
+from gyro_cosim.paper import cases, measures
+from gyro_cosim.paper.cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
+from gyro_cosim.paper.draws import NAMED, plain, sources_of
+from gyro_cosim.paper.measures import Margins, Measures, Y
+from gyro_cosim.paper.open_parameters import Open, open_parameters, values_of
+from gyro_cosim.sweep.axes import Point
+from gyro_cosim.system import System
+from gyro_cosim.trajectory import Trajectory
 
 SPEEDS = (STRAIGHT, SLOW, FAST)
 DRAWN = Extent(behind_slow=measures.END, starts=("0mm",))
@@ -35,7 +35,7 @@ HUNTS = 1e-3  # m; half-way through a straight run this much, and not halved sin
 
 @dataclass(frozen=True)
 class VehicleSubject:
-    """See cosim.paper.draws.Subject. `fixed`: the vehicle's values that are not drawn."""
+    """See gyro_cosim.paper.draws.Subject. `fixed`: the vehicle's values that are not drawn."""
 
     systems: Mapping[int, System]
     parameters: tuple[Open, ...]
@@ -99,7 +99,7 @@ class VehicleBench:
         self._network: Network | None = None
 
     def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
-        """See cosim.paper.draws.Bench."""
+        """See gyro_cosim.paper.draws.Bench."""
         values = {t: float(v) for t, v in point.items() if t not in NAMED} | dict(self._what.wheels[str(point["wheels"])])
         of_vehicle = {**self._what.fixed, **{t.partition(".")[2]: v for t, v in values.items() if t.startswith("vehicle.")}}
 

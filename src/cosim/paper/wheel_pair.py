@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from cosim import figures
-from cosim.paper import pair_measures
-from cosim.paper.measures import holds
-from cosim.paper.pair_measures import (
+from gyro_cosim import figures
+from gyro_cosim.paper import pair_measures
+from gyro_cosim.paper.measures import holds
+from gyro_cosim.paper.pair_measures import (
     AT_REST,
     ETA,
     HELD,
@@ -24,10 +24,10 @@ from cosim.paper.pair_measures import (
     late_to_early,
     settling_time,
 )
-from cosim.report import Claim
-from cosim.ssd import system as named_system
-from cosim.studies import best, decay_rates
-from cosim.system import System
+from gyro_cosim.report import Claim
+from gyro_cosim.ssd import system as named_system
+from gyro_cosim.studies import best, decay_rates
+from gyro_cosim.system import System
 
 SIGNALS = {
     Y: ("lateral displacement $y_w$", "m", 1.0),

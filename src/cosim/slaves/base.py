@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cosim.catalogue import unknown
-from cosim.slaves.signal import Given, Signal, Value
+from gyro_cosim.catalogue import unknown
+from gyro_cosim.slaves.signal import Given, Signal, Value
 
 __all__ = ["RawFmu", "Signal", "Slave", "Value"]
 

@@ -11,15 +11,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cosim.errors import SlaveError
-from cosim.slaves.base import Slave, StateSpace, Value
-from cosim.slaves.description import Row
-from cosim.slaves.events import Note
-from cosim.slaves.groups import Group, group, groups
-from cosim.slaves.library import POINTER, STATUS, Library, Log
-from cosim.slaves.opened import OpenedFmu
-from cosim.slaves.states import States
-from cosim.slaves.variables import by_variable, carried
+from gyro_cosim.errors import SlaveError
+from gyro_cosim.slaves.base import Slave, StateSpace, Value
+from gyro_cosim.slaves.description import Row
+from gyro_cosim.slaves.events import Note
+from gyro_cosim.slaves.groups import Group, group, groups
+from gyro_cosim.slaves.library import POINTER, STATUS, Library, Log
+from gyro_cosim.slaves.opened import OpenedFmu
+from gyro_cosim.slaves.states import States
+from gyro_cosim.slaves.variables import by_variable, carried
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 

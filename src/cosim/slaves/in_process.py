@@ -8,11 +8,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from component import Component, Variable
-from component.calling import bound
-from component.integration import INPUT_DEGREE, Progress, StepError, advance, error_control, first_sample, input_at, pieces
-from cosim.errors import SlaveError
-from cosim.slaves.base import Signal, Slave, StateSpace, Value
+from gyro_cosim.component import Component, Variable
+from gyro_cosim.component.calling import bound
+from gyro_cosim.component.integration import (
+    INPUT_DEGREE,
+    Progress,
+    StepError,
+    advance,
+    error_control,
+    first_sample,
+    input_at,
+    pieces,
+)
+from gyro_cosim.errors import SlaveError
+from gyro_cosim.slaves.base import Signal, Slave, StateSpace, Value
 
 
 class ComponentSlave(Slave):

@@ -1,12 +1,12 @@
-"""A slave behind a delayed, perhaps compensated interface. What the filters mean stands in cosim.compensation."""
+"""A slave behind a delayed, perhaps compensated interface. What the filters mean stands in gyro_cosim.compensation."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from cosim.compensation import BALANCE, Compensator, Filter, PassivityController, Uncompensated, delay_taps
-from cosim.slaves.base import Slave, StateSpace
+from gyro_cosim.compensation import BALANCE, Compensator, Filter, PassivityController, Uncompensated, delay_taps
+from gyro_cosim.slaves.base import Slave, StateSpace
 
 
 class Interface(Slave):

@@ -1,6 +1,6 @@
 """A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
 
-The child runs `python -m cosim.slaves.isolated`; requests and answers are pickled over a socket pair. What the FMU prints
+The child runs `python -m gyro_cosim.slaves.isolated`; requests and answers are pickled over a socket pair. What the FMU prints
 and logs goes to an unnamed file, from which its last words are read. Linux and macOS.
 """
 
@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from cosim.errors import EndRequest, SlaveError
-from cosim.slaves import child
-from cosim.slaves.base import Slave, Value
-from cosim.slaves.scratch import ScratchFolder
+from gyro_cosim.errors import EndRequest, SlaveError
+from gyro_cosim.slaves import child
+from gyro_cosim.slaves.base import Slave, Value
+from gyro_cosim.slaves.scratch import ScratchFolder
 
 PATIENCE = 60.0  # s that one call may take
 _DESCRIPTION = (
@@ -154,7 +154,7 @@ def serve(connection: Connection) -> None:
         kind = "done"
         try:
             if what == "open":
-                from cosim.slaves import open_fmu
+                from gyro_cosim.slaves import open_fmu
 
                 slave = open_fmu(*arguments)
                 slave.log.echo = lambda line: print(line, flush=True)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from component.units import Unit
-from cosim.quantities import Quantity, meaning, parsed
+from gyro_cosim.component.units import Unit
+from gyro_cosim.quantities import Quantity, meaning, parsed
 
 Type = Literal["real", "integer", "boolean", "enumeration", "string", "binary"]
 Scalar = float | str | bytes

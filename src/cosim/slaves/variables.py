@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cosim.slaves.description import REAL, Description, Row
-from cosim.slaves.signal import Signal, Type, Value
+from gyro_cosim.slaves.description import REAL, Description, Row
+from gyro_cosim.slaves.signal import Signal, Type, Value
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 _NOT_CARRIED = ("String", "Binary", "Clock")

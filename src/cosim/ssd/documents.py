@@ -7,10 +7,10 @@ from urllib.parse import unquote, urlsplit
 
 from lxml import etree
 
-from component.units import Unit
-from cosim import archive
-from cosim.quantities import Quantity, defined, meaning
-from cosim.system import Hop
+from gyro_cosim import archive
+from gyro_cosim.component.units import Unit
+from gyro_cosim.quantities import Quantity, defined, meaning
+from gyro_cosim.system import Hop
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

@@ -7,11 +7,11 @@ from typing import Any
 
 from lxml import etree
 
-from cosim.errors import WiringError
-from cosim.ssd.documents import ANNOTATION, NAMESPACES, Document, hop_of
-from cosim.ssd.parameters import bound_values
-from cosim.ssd.tree import Node, components, tree
-from cosim.system import Connection, Hop, Part, PowerBond, StopWhen, System
+from gyro_cosim.errors import WiringError
+from gyro_cosim.ssd.documents import ANNOTATION, NAMESPACES, Document, hop_of
+from gyro_cosim.ssd.parameters import bound_values
+from gyro_cosim.ssd.tree import Node, components, tree
+from gyro_cosim.system import Connection, Hop, Part, PowerBond, StopWhen, System
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
 

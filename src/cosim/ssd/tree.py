@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from cosim import archive
-from cosim.catalogue import spec_of_fmu
-from cosim.errors import WiringError
-from cosim.ssd.documents import NAMESPACES, Document, load, type_of
-from cosim.system import Port
+from gyro_cosim import archive
+from gyro_cosim.catalogue import spec_of_fmu
+from gyro_cosim.errors import WiringError
+from gyro_cosim.ssd.documents import NAMESPACES, Document, load, type_of
+from gyro_cosim.system import Port
 
 KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join
 OTHERS = ("inout", "unspecified", "structuralParameter", "constant", "local")

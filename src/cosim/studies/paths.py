@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cosim.studies.rest import AtRest
-from cosim.system import System
+from gyro_cosim.studies.rest import AtRest
+from gyro_cosim.system import System
 
 
 def roots(system: System, parameter: str, values: np.ndarray) -> np.ndarray:

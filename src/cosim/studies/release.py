@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cosim.catalogue import unknown
-from cosim.studies.rest import AtRest
+from gyro_cosim.catalogue import unknown
+from gyro_cosim.studies.rest import AtRest
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from cosim.catalogue import unknown
-from cosim.monolith import Monolith
-from cosim.system import System
+from gyro_cosim.catalogue import unknown
+from gyro_cosim.monolith import Monolith
+from gyro_cosim.system import System
 
 SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cosim import figures
-from cosim.sweep.table import Table
+from gyro_cosim import figures
+from gyro_cosim.sweep.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +19,7 @@ MOST_CURVES = len(figures.COLOURS)
 
 def selected(table: Table, column: str, text: str) -> Table:
     """The rows whose `column` has the value that `text` says, with a unit if need be; ValueError if there are none."""
-    from component.units import quantity
+    from gyro_cosim.component.units import quantity
 
     known = table[column]
     if known.dtype.kind == "U":

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from cosim import master
-from cosim.errors import RunError
-from cosim.master import Run
-from cosim.network import Network
-from cosim.sweep.axes import Point
-from cosim.sweep.inquiry import MEASURES
-from cosim.sweep.plan import FIXED, Frame
-from cosim.system import System
+from gyro_cosim import master
+from gyro_cosim.errors import RunError
+from gyro_cosim.master import Run
+from gyro_cosim.network import Network
+from gyro_cosim.sweep.axes import Point
+from gyro_cosim.sweep.inquiry import MEASURES
+from gyro_cosim.sweep.plan import FIXED, Frame
+from gyro_cosim.system import System
 
 BLOCK = 4096  # rows measured at a time
 Row = list[Any]  # in the order of Plan.columns
