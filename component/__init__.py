@@ -16,7 +16,7 @@ __all__ = ["Bond", "Component", "Variable", "build", "input_", "output", "parame
 def __getattr__(name: str) -> Any:
     """Load CasADi only for those who make or run a component: reading units, as every command does, must stay quick."""
     if name not in __all__:
-        raise AttributeError(f"module 'component' has no attribute {name!r}")
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from gyro_cosim.component import model, variables
 
     return getattr(model if hasattr(model, name) else variables, name)

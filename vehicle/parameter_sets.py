@@ -22,7 +22,7 @@ class ParameterSet:
 def parameter_set_names() -> tuple[str, ...]:
     """The sets there are."""
     return tuple(
-        sorted(f.name.removesuffix(".toml") for f in files("vehicle").joinpath("sets").iterdir() if f.name.endswith(".toml"))
+        sorted(f.name.removesuffix(".toml") for f in files(__package__).joinpath("sets").iterdir() if f.name.endswith(".toml"))
     )
 
 
@@ -30,7 +30,7 @@ def parameter_set(name: str) -> ParameterSet:
     """The set called `name`; ValueError lists those there are."""
     if name not in parameter_set_names():
         raise ValueError(f"parameter set must be one of {', '.join(parameter_set_names())}, got {name!r}")
-    data = tomllib.loads(files("vehicle").joinpath("sets", f"{name}.toml").read_text(encoding="utf-8"))
+    data = tomllib.loads(files(__package__).joinpath("sets", f"{name}.toml").read_text(encoding="utf-8"))
     values = dict(data["vehicle"])
     factors = values.pop("scaled", {})
     table = {v.name: v.start for v in lrt_parameters()}
