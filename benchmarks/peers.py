@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gyro_cosim import catalogue, system
-from gyro_cosim.monolith import Monolith
+from gyro_cosim.accuracy.monolith import Monolith
 
 HERE = Path(__file__).parent
 PEERS = HERE.parent / ".venv" / "peers"

@@ -9,11 +9,11 @@ import oscillators
 import pytest
 
 from gyro_cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
-from gyro_cosim.certificate import certify, margin, spectral_radius
+from gyro_cosim.accuracy.certificate import certify, margin, spectral_radius
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.linear import linearised
 from gyro_cosim.master import open_network, run
-from gyro_cosim.monolith import Monolith
 
 PAIR = system("wheel-pair")
 CASES = {
@@ -109,7 +109,7 @@ def test_a_run_that_cannot_be_certified_is_kept(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cosim: Callable[..., Any]
 ) -> None:
     """An FMU with a fixed step of its own refuses the shorter steps of the estimate."""
-    from gyro_cosim import certificate
+    from gyro_cosim.accuracy import certificate
 
     def refused(*_: Any, **__: Any) -> None:
         raise SlaveError("gyro", 0.0, 5e-4, "its own step is fixed to 0.001 s")

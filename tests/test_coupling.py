@@ -8,11 +8,11 @@ import oscillators
 import pytest
 
 from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, Part, System, simulate, system
+from gyro_cosim.accuracy.convergence import converge, ladder, own_error
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
-from gyro_cosim.convergence import converge, ladder, own_error
 from gyro_cosim.coupling import Algorithm, History, Iterated
 from gyro_cosim.master import open_network, run
-from gyro_cosim.monolith import Monolith
 from gyro_cosim.network import projected
 from gyro_cosim.system import StopWhen
 

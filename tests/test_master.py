@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gyro_cosim import Algorithm, GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.master import macro_steps
-from gyro_cosim.monolith import Monolith
 from gyro_cosim.trajectory import read_csv
 
 PAIR = system("wheel-pair")

@@ -10,12 +10,12 @@ import oscillators
 import pytest
 
 from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Iterated, Jacobi, Run, simulate, system
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.adaptive import Adaptive
 from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.component import Component, build, input_, output, state
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.master import Options, open_network, run
-from gyro_cosim.monolith import Monolith
 from gyro_cosim.recording import Recording
 from gyro_cosim.system import Part, StopWhen, System
 from gyro_cosim.trajectory import read_csv

@@ -12,13 +12,13 @@ import oscillators
 import pytest
 
 from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, fast, simulate, system
+from gyro_cosim.accuracy.certificate import certify
+from gyro_cosim.accuracy.convergence import converge
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.adaptive import Adaptive
-from gyro_cosim.certificate import certify
 from gyro_cosim.checkpoint import Checkpoint, Resume
-from gyro_cosim.convergence import converge
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.master import Options, macro_steps, open_network, run
-from gyro_cosim.monolith import Monolith
 from gyro_cosim.packing import pack
 from gyro_cosim.recording import Recording
 from gyro_cosim.sweep import Sweep

@@ -15,7 +15,7 @@ from scipy.integrate import simpson
 from scipy.optimize import linear_sum_assignment
 
 from gyro_cosim import System, system
-from gyro_cosim.monolith import Monolith
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.studies import AtRest, Release, measured_root, optimum
 
 ROOT = Path(__file__).parent.parent

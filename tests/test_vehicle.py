@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gyro_cosim import catalogue, system
-from gyro_cosim.monolith import Monolith
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.studies import roots
 
 RPM = 2 * np.pi / 60

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
 
+    from gyro_cosim.accuracy.convergence import Convergence
     from gyro_cosim.assessment import Assessment
-    from gyro_cosim.convergence import Convergence
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # Okabe and Ito: told apart by everyone
 

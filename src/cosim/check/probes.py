@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from gyro_cosim.check import behaviour, numerics
-from gyro_cosim.check.bench import Bench
-from gyro_cosim.check.subject import Refused
+from gyro_cosim.check.examined import Bench
+from gyro_cosim.check.instance import Refused
 from gyro_cosim.slaves import child
 
 PROBES = {

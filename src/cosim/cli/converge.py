@@ -44,7 +44,7 @@ def command(
     The reference is the same model without coupling: exact by the matrix exponential where it is linear.
     """
     from gyro_cosim import figures
-    from gyro_cosim.convergence import converge
+    from gyro_cosim.accuracy.convergence import converge
 
     plan = chosen_system(system, gyro, set_)
     coarsest = seconds(step, "--step") or 32 * plan.step

@@ -123,7 +123,7 @@ def command(
                     raise
                 failure, run = error, error.partial
         if certify and failure is None and run.status == "done":
-            from gyro_cosim.certificate import certify as certify_run
+            from gyro_cosim.accuracy.certificate import certify as certify_run
 
             with progress("certifying") as show:
                 try:

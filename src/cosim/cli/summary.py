@@ -4,8 +4,8 @@ from typing import Any
 
 from rich.table import Table
 
+from gyro_cosim.accuracy.certificate import Certificate
 from gyro_cosim.assessment import Assessment, assess
-from gyro_cosim.certificate import Certificate
 from gyro_cosim.cli.common import finite
 from gyro_cosim.master import Run
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import macro_steps, open_network, run
-from gyro_cosim.monolith import Monolith
 from gyro_cosim.network import Network
 from gyro_cosim.system import System
 

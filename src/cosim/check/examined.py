@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gyro_cosim.check.description import attribute, number
-from gyro_cosim.check.subject import Subject, real_scalars
+from gyro_cosim.check.instance import Subject, real_scalars
 
 Say = Callable[[str], None]
 STEPS = 10
