@@ -16,7 +16,7 @@ as an A/D converter does.
 
 A period that is no multiple of the tick is kept in the mean, a tick early or late; one below the tick is the tick.
 Noise and drop-outs come from noise.py: seeded, the same in process and in the FMU.
-Source: our own choice of effects. The moments that a rig returns are no longer passive: gyro_cosim.compare measures by how much.
+Source: our own choice of effects. The moments that a rig returns are no longer passive: `cosim compare` measures by how much.
 """
 
 from collections.abc import Sequence

@@ -11,7 +11,7 @@ from frames import sine
 
 from gyro_cosim import Jacobi, simulate, system
 from gyro_cosim.cli.delay import remedy
-from gyro_cosim.compare import five_percent
+from gyro_cosim.comparison.candidates import five_percent
 from gyro_cosim.compensation import COMPENSATORS, Filter, Impulse, PassivityController, Polynomial, Uncompensated, delay_taps
 from gyro_cosim.delay import Setting, by_eigenvalues, by_runs, delay_map, delayed_network, verdict_by_model, verdict_by_runs
 from gyro_cosim.master import run

@@ -166,7 +166,7 @@ class Filter:
 
 @dataclass(frozen=True)
 class PassivityController:
-    """(6) on the sum over a unit's bonds. Energy in J; see gyro_cosim.unit_energy.
+    """(6) on the sum over a unit's bonds. Energy in J; see gyro_cosim.comparison.unit_energy.
 
     absorbed : what the unit has taken and the controller has let pass. motion, effort : sums of squares so far, for the bound.
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gyro_cosim.compare import judge
+from gyro_cosim.comparison.candidates import judge
+from gyro_cosim.comparison.tolerances import Tolerances
 from gyro_cosim.compensation import Compensator, Uncompensated
 from gyro_cosim.coupling import Algorithm, Jacobi
 from gyro_cosim.errors import RunError
@@ -23,7 +24,6 @@ from gyro_cosim.sampled import Model, linearise
 from gyro_cosim.slaves import Slave, open_slave
 from gyro_cosim.slaves.interface import Interface
 from gyro_cosim.system import System
-from gyro_cosim.tolerance import Tolerances
 from gyro_cosim.trajectory import Trajectory
 
 Progress = Callable[[float, float], None]

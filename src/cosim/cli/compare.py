@@ -8,7 +8,7 @@ import typer
 from rich.table import Table
 
 from gyro_cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
-from gyro_cosim.compare import Candidate, Comparison, compare
+from gyro_cosim.comparison.candidates import Candidate, Comparison, compare
 from gyro_cosim.coupling import ALGORITHMS, algorithm
 
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
@@ -35,7 +35,8 @@ def command(
 
     Exit code 1 where a variant does not keep the tolerances. --set gyro.X=... goes to the variants that have an X.
     """
-    from gyro_cosim import figures, tolerance
+    from gyro_cosim import figures
+    from gyro_cosim.comparison.tolerances import read as read_tolerances
 
     values = []
     for text in set_ or ():
@@ -43,7 +44,7 @@ def command(
         if not equals:
             raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUE, got {text!r}")
         values.append((target.strip(), value.strip()))
-    limits = None if tolerances is None else tolerance.read(tolerances)
+    limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)
     plan = chosen_system(system, None, None)
     with progress(f"comparing on {plan.name}") as show:
@@ -52,7 +53,7 @@ def command(
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
-        from gyro_cosim import unit_figures
+        from gyro_cosim.comparison import figures as unit_figures
 
         figures.save(unit_figures.comparison(result), plot)
     say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))

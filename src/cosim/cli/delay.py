@@ -41,8 +41,9 @@ def command(
 
     Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
     """
-    from gyro_cosim import figures, tolerance
-    from gyro_cosim.compare import five_percent
+    from gyro_cosim import figures
+    from gyro_cosim.comparison.candidates import five_percent
+    from gyro_cosim.comparison.tolerances import read as read_tolerances
     from gyro_cosim.delay import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
@@ -53,7 +54,7 @@ def command(
         plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, family=family,
         algorithm=algorithm(algorithm_, order), in_process=not fmus, longest=seconds(longest, "--longest") or 0.5,
     )  # fmt: skip
-    limits = five_percent(plan, family) if tolerances is None else tolerance.read(tolerances)
+    limits = five_percent(plan, family) if tolerances is None else read_tolerances(tolerances)
     remedies = [remedy(name.strip()) for name in compensate.split(",")]
     grid = None if across is None else _range(plan, across)
     rows: list[dict[str, Any]] = []
@@ -73,7 +74,7 @@ def command(
     if grid is not None and plot is not None:
         import numpy as np
 
-        from gyro_cosim import unit_figures
+        from gyro_cosim.comparison import figures as unit_figures
 
         name, values, unit = grid
         steps = np.array([setting.step / 2**k for k in range(4)])

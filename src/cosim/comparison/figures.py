@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.compare import Candidate, Comparison
+from gyro_cosim.comparison.candidates import Candidate, Comparison
 from gyro_cosim.figures import COLOURS, figure, with_unit
 
 if TYPE_CHECKING:
