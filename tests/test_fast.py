@@ -7,8 +7,9 @@ import oscillators
 import pytest
 import small_fmus
 
-from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fast, fmus, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fmus, simulate, system
 from gyro_cosim.coupling import Algorithm
+from gyro_cosim.kernel import driver
 from gyro_cosim.master import open_network
 from gyro_cosim.system import Connection, Part
 
@@ -18,10 +19,10 @@ ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)
 def three_ways(plan: System, algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch, step: float, stop: float) -> list[Run]:
     """The same run by the plain path, the inner loop in Python, and the inner loop compiled."""
     runs = []
-    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
         with monkeypatch.context() as patch:
-            patch.setattr(fast, "fits", fits)
-            patch.setattr(fast, "LONG", long)
+            patch.setattr(driver, "fits", fits)
+            patch.setattr(driver, "LONG", long)
             runs.append(simulate(plan, algorithm=algorithm, step=step, stop=stop))
     return runs
 
@@ -29,7 +30,7 @@ def three_ways(plan: System, algorithm: Algorithm, monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=repr)
 def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch) -> None:
     """On the oscillators, whose force feeds through; 5.003 s are no multiple of the step, and more than one chunk of steps."""
-    assert fast.compiled() is not None
+    assert driver.compiled() is not None
     runs = three_ways(oscillators.pair(cubic=3.0), algorithm, monkeypatch, 1e-3, 5.0003)
     for other in runs[1:]:
         np.testing.assert_array_equal(other.trajectory.t, runs[0].trajectory.t)
@@ -59,9 +60,9 @@ def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPat
 def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps of different history, a shorter last one, units that differ: the same residual, exchange and peak."""
     plan = system("wheel-pair").with_source("gyro", "nonlinear")
-    monkeypatch.setattr(fast, "LONG", 0)
+    monkeypatch.setattr(driver, "LONG", 0)
     compiled = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
-    monkeypatch.setattr(fast, "compiled_meter", lambda: None)
+    monkeypatch.setattr(driver, "compiled_meter", lambda: None)
     plain = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
     assert compiled.residual == pytest.approx(plain.residual, rel=1e-8, abs=1e-14 * plain.exchanged)
     assert compiled.exchanged == pytest.approx(plain.exchanged, rel=1e-12)
@@ -70,7 +71,7 @@ def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])
 def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fast, "LONG", long)
+    monkeypatch.setattr(driver, "LONG", long)
     broken = System("s", (Part("clock", f"{oscillators.HERE}:fails"), Part("left", f"{oscillators.HERE}:left")), ())
     with pytest.raises(SlaveError, match=r"component 'clock' failed at t = 0\.5") as caught:
         simulate(broken, step=0.01, stop=1.0)
@@ -92,10 +93,10 @@ def test_an_output_that_is_no_number_stops_all_paths_alike(
                   (("clock", kind), ("left", "left"), ("right", "right")))  # fmt: skip
     wires = tuple(Connection(("clock", "reading"), into) for _ in (into,) if into)
     said, values = [], []
-    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
         with monkeypatch.context() as patch:
-            patch.setattr(fast, "fits", fits)
-            patch.setattr(fast, "LONG", long)
+            patch.setattr(driver, "fits", fits)
+            patch.setattr(driver, "LONG", long)
             with pytest.raises(
                 SlaveError, match=r"'clock' failed at t = 0\.55 s: output 'reading' must be finite, got nan"
             ) as caught:
@@ -118,7 +119,7 @@ def test_a_connected_input_never_goes_back_to_its_start_value(monkeypatch: pytes
 
 
 def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fast, "LONG", 0)
+    monkeypatch.setattr(driver, "LONG", 0)
     run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)
     assert set(run.timing.do_step_s) == {"vehicle", "gyro"}
     assert all(0.0 < s < run.timing.loop_s for s in run.timing.do_step_s.values())
@@ -139,7 +140,7 @@ def test_fmi_3_runs_in_the_inner_loop_too(algorithm: Algorithm, pair_3: System, 
     """With held inputs; these FMUs ask for inputs of higher degree within the step, which is the plain path's business."""
     with open_network(pair_3) as network:
         network.initialize(0.0, 1.0)
-        assert fast.fits(network, algorithm) == (algorithm.degree == 0)
+        assert driver.fits(network, algorithm) == (algorithm.degree == 0)
     runs = three_ways(pair_3, algorithm, monkeypatch, 1e-3, 5.0003)
     for other in runs[1:]:
         np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
@@ -160,12 +161,12 @@ def test_events_interrupt_the_inner_loop_where_they_are(
     plan = System("s", (Part("ball", str(ball), values),), ())
     with open_network(plan) as network:
         network.initialize(0.0, 1.0)
-        assert fast.fits(network, Jacobi(1))
+        assert driver.fits(network, Jacobi(1))
     found = []
-    for fits, long in ((lambda *_: False, 0), (fast.fits, 1 << 60), (fast.fits, 0)):
+    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
         with monkeypatch.context() as patch:
-            patch.setattr(fast, "fits", fits)
-            patch.setattr(fast, "LONG", long)
+            patch.setattr(driver, "fits", fits)
+            patch.setattr(driver, "LONG", long)
             try:
                 done, said = simulate(plan, step=0.01, stop=2.0), ""
             except SlaveError as error:

@@ -11,13 +11,14 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, fast, simulate, system
+from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, simulate, system
 from gyro_cosim.accuracy.certificate import certify
 from gyro_cosim.accuracy.convergence import converge
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.adaptive import Adaptive
 from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.coupling import Algorithm
+from gyro_cosim.kernel import driver
 from gyro_cosim.master import Options, macro_steps, open_network, run
 from gyro_cosim.packing import pack
 from gyro_cosim.recording import Recording
@@ -46,9 +47,9 @@ def test_a_system_without_a_clock_does_the_same_at_any_time(algorithm: Algorithm
 
 def test_plain_path_and_both_inner_loops_agree_on_the_bits_at_a_crooked_start(monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
-    for fits, compiled in ((lambda *_: False, False), (fast.fits, False), (fast.fits, True)):
+    for fits, compiled in ((lambda *_: False, False), (driver.fits, False), (driver.fits, True)):
         with monkeypatch.context() as patch:
-            patch.setattr(fast, "fits", fits)
+            patch.setattr(driver, "fits", fits)
             options = Options(compiled=compiled)
             found.append(simulate(PAIR, algorithm=Jacobi(2), step=1e-3, start=12.3456, stop=14.0, options=options).trajectory)
     for other in found[1:]:

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gyro_cosim import adaptive, fast
+from gyro_cosim import adaptive
 from gyro_cosim.adaptive import Adaptive
 from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.coupling import Algorithm, History
 from gyro_cosim.energy import EnergyMeter
+from gyro_cosim.kernel import driver
 from gyro_cosim.network import Network
 from gyro_cosim.recording import Recorder, Recording
 
@@ -76,15 +77,15 @@ class March:
         inner = None
         compiled = self.options.compiled
         if compiled is None:
-            compiled = (self.n - self.done) * len(self.network.slaves) >= fast.LONG
+            compiled = (self.n - self.done) * len(self.network.slaves) >= driver.LONG
         while self.done < self.n and not self.ended_by:
             if (
                 inner is None
                 and before_step is None
                 and self.done >= self.algorithm.degree
-                and fast.fits(self.network, self.algorithm)
+                and driver.fits(self.network, self.algorithm)
             ):
-                inner = fast.FastLoop(self.network, self.algorithm, self._Y, self._t, self._h, self._used)
+                inner = driver.FastLoop(self.network, self.algorithm, self._Y, self._t, self._h, self._used)
             if inner is not None and self._last_is_far():
                 self._march(inner, compiled)
             else:
@@ -136,7 +137,7 @@ class March:
         if self.row == self._first + self._rows:
             self.hand_over()
 
-    def _march(self, inner: fast.FastLoop, compiled: bool) -> None:
+    def _march(self, inner: driver.FastLoop, compiled: bool) -> None:
         """As many even macro steps as the chunk has room for, in the inner loop."""
         room = min(self._first + self._rows - self.row, self._chunk)
         even = self.n - self.done - (0 if self._last == self.step else 1)
@@ -150,7 +151,7 @@ class March:
             self._march(inner, compiled)
             return
         if compiled and self.meter.kernel is None:
-            self.meter.kernel = fast.compiled_meter()
+            self.meter.kernel = driver.compiled_meter()
         began = time.perf_counter()
         done = inner.march(self.row, ahead, fast=compiled)
         took = time.perf_counter() - began

@@ -8,7 +8,7 @@ give p(s) = Y_0 + a (s - s_0) + b (s - s_0)(s - s_1), so at s = 0
 
     p = Y_0 - a s_0 + b s_0 s_1,   p' = a - b (s_0 + s_1),   p'' = 2 b.
 
-Every operation is elementwise and in this order, in cosim/loop.py as well, so that both give the same bits.
+Every operation is elementwise and in this order, in cosim/kernel/loop.py as well, so that both give the same bits.
 """
 
 import numpy as np

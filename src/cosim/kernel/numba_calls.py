@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import config, njit, types
 from numba.extending import intrinsic, overload
 
-from gyro_cosim import calls, energy, loop
+from gyro_cosim.kernel import ctypes_calls, energy, loop
 
 
 def _foreign(name: str, *kinds: str) -> Callable[..., Any]:
@@ -38,32 +38,32 @@ _finish = _foreign("finish", "d", "d", "i")
 _clock = _foreign("clock", "i", "p")
 
 
-@overload(calls.values_call, strict=False)
+@overload(ctypes_calls.values_call, strict=False)
 def _values_call(address: Any, instance: Any, references: Any, n: Any, values: Any) -> Any:
     return lambda address, instance, references, n, values: _values(address, instance, references, n, values)
 
 
-@overload(calls.derivatives_call, strict=False)
+@overload(ctypes_calls.derivatives_call, strict=False)
 def _derivatives_call(address: Any, instance: Any, references: Any, n: Any, orders: Any, values: Any) -> Any:
     return lambda address, instance, references, n, orders, values: _derivatives(address, instance, references, n, orders, values)
 
 
-@overload(calls.step_call, strict=False)
+@overload(ctypes_calls.step_call, strict=False)
 def _step_call(address: Any, instance: Any, t: Any, h: Any, no_set_state: Any) -> Any:
     return lambda address, instance, t, h, no_set_state: _step(address, instance, t, h, no_set_state)
 
 
-@overload(calls.clock_call, strict=False)
+@overload(ctypes_calls.clock_call, strict=False)
 def _clock_call(address: Any, clock: Any, time: Any) -> Any:
     return lambda address, clock, time: _clock(address, clock, time)
 
 
-@overload(calls.values3_call, strict=False)
+@overload(ctypes_calls.values3_call, strict=False)
 def _values3_call(address: Any, instance: Any, references: Any, n: Any, values: Any, n_values: Any) -> Any:
     return lambda address, instance, references, n, values, n_values: _values3(address, instance, references, n, values, n_values)
 
 
-@overload(calls.step3_call, strict=False)
+@overload(ctypes_calls.step3_call, strict=False)
 def _step3_call(
     address: Any, instance: Any, t: Any, h: Any, no_set_state: Any, event: Any, ended: Any, early: Any, reached: Any
 ) -> Any:
@@ -72,14 +72,14 @@ def _step3_call(
     )
 
 
-@overload(calls.finish_call, strict=False)
+@overload(ctypes_calls.finish_call, strict=False)
 def _finish_call(address: Any, t: Any, h: Any, begun: Any) -> Any:
     return lambda address, t, h, begun: _finish(address, t, h, begun)
 
 
-@overload(calls.move_values, strict=False)
+@overload(ctypes_calls.move_values, strict=False)
 def _move_values(version: Any, address: Any, instance: Any, references: Any, n: Any, values: Any) -> Any:
-    return calls.move_values
+    return ctypes_calls.move_values
 
 
 def compiled_march() -> Any:
@@ -88,7 +88,7 @@ def compiled_march() -> Any:
 
 
 def compiled_meter() -> Any:
-    """`accumulate` of gyro_cosim.energy as machine code."""
+    """`accumulate` of gyro_cosim.kernel.energy as machine code."""
     return _compiled(energy.accumulate)
 
 
@@ -97,7 +97,9 @@ def _compiled(function: Callable[..., Any]) -> Any:
 
     numba itself would look at the function's own file only, and not see that the table or the calls have changed.
     """
-    sources = b"".join(Path(str(module.__file__)).read_bytes() for module in (calls, energy, loop)) + Path(__file__).read_bytes()
+    sources = (
+        b"".join(Path(str(module.__file__)).read_bytes() for module in (ctypes_calls, energy, loop)) + Path(__file__).read_bytes()
+    )
     before = config.CACHE_DIR
     config.CACHE_DIR = str(
         Path(before or Path(__file__).parent / "__pycache__") / f"numba-{hashlib.sha256(sources).hexdigest()[:16]}"

@@ -1,14 +1,14 @@
 """The inner loop for FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
 
 `march` is one source with two lives: for short runs it is run by Python as it stands, for long ones numba compiles it, with
-the calls of cosim/calls.py replaced by ones through the same addresses. It repeats coupling/explicit.py and coupling/history.py
-operation by operation, so all three give the same bits; a test holds them to it.
+the calls of ctypes_calls.py replaced by ones through the same addresses. It repeats coupling/explicit.py and
+coupling/history.py operation by operation, so all three give the same bits; a test holds them to it.
 """
 
 import sys
 from typing import Any
 
-from gyro_cosim.calls import (
+from gyro_cosim.kernel.ctypes_calls import (
     DEGREE,
     DO_STEP,
     DU_ORDERS,
@@ -47,7 +47,7 @@ def march(
 ) -> int:  # fmt: skip
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
-    S : table of slaves, see gyro_cosim.calls.
+    S : table of slaves, see gyro_cosim.kernel.ctypes_calls.
     source, scale, offset : per connected input, slave by slave. fresh : whether its source has stepped already (Gauss-Seidel).
     u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
     orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.

@@ -1,6 +1,6 @@
 """The calls of the inner loop: FMI functions through their addresses, and the table that holds these.
 
-Each function stands here as Python runs it, through ctypes; cosim/loop_numba.py puts machine code in its place.
+Each function stands here as Python runs it, through ctypes; cosim/kernel/numba_calls.py puts machine code in its place.
 """
 
 import ctypes

@@ -1,4 +1,4 @@
-"""What the inner loop of cosim/loop.py needs of a network, and whether it can run it at all."""
+"""What the inner loop of cosim/kernel/loop.py needs of a network, and whether it can run it at all."""
 
 import ctypes
 import sys
@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import calls, loop
 from gyro_cosim.coupling import Algorithm, GaussSeidel, Jacobi
 from gyro_cosim.errors import SlaveError
+from gyro_cosim.kernel import ctypes_calls, loop
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.base import RawFmu
 
@@ -54,7 +54,7 @@ class FastLoop:
         for row, (i, j) in enumerate(bond_inputs):
             (place,) = (q for q, wire in enumerate(wires[i]) if wire[1] == j)
             self._bond_inputs[row] = first[i] + place, 2 * first[i] + place, 2 * first[i] + len(wires[i]) + place
-        self._table = np.zeros((len(network.slaves), len(calls.COLUMNS)), dtype=np.int64)
+        self._table = np.zeros((len(network.slaves), len(ctypes_calls.COLUMNS)), dtype=np.int64)
         self._raws: list[RawFmu] = []
         self._connected: list[slice] = []
         self._kept_alive: list[Any] = []  # what the table holds addresses of
@@ -86,10 +86,10 @@ class FastLoop:
             others = np.setdiff1d(np.arange(n_u), places)
             if others.size:
                 refs, values = raw.u_refs[others], network.start_inputs(i)[others]
-                status = calls.move_values(
+                status = ctypes_calls.move_values(
                     raw.version, raw.set_real, raw.instance, refs.ctypes.data, others.size, values.ctypes.data
                 )
-                raw.check(status, calls.CALLS[raw.version][1], float(t[0]), 0.0)
+                raw.check(status, ctypes_calls.CALLS[raw.version][1], float(t[0]), 0.0)
         self._now = np.zeros(2, dtype=np.int64)
         self._kept, self._failure = np.zeros(len(joined) + 1), np.zeros(3, dtype=np.int64)
         buffers = (self._u, self._du, self._Y, self._now)
@@ -137,7 +137,7 @@ class FastLoop:
             raw.finish_step(np.array([u, np.zeros_like(u), np.zeros_like(u)]), t, h, bool(begun))
         except BaseException as error:  # it must not get lost in the machine code that calls this
             self._error = error
-            return calls.RAISED
+            return ctypes_calls.RAISED
         self._due[i] = raw.due()
         return 0
 
@@ -150,11 +150,11 @@ class FastLoop:
             raw = self._raws[i]
             if self._error is not None:
                 raise self._error
-            if calls.CALLS[raw.version][call].endswith("DoStep"):
+            if ctypes_calls.CALLS[raw.version][call].endswith("DoStep"):
                 if raw.told is not None:
                     raw.told[:] = self._told[i]
                 raw.step_failed(status, t, h)
-            raw.check(max(status, 3), calls.CALLS[raw.version][call], t, h)
+            raw.check(max(status, 3), ctypes_calls.CALLS[raw.version][call], t, h)
         network, c = self._network, int(infinite[0])
         (i,) = (i for i, part in enumerate(network.slices) if part.start <= c < part.stop)
         name = network.slaves[i].outputs[c - network.slices[i].start].name
@@ -191,17 +191,17 @@ def _clock_address() -> int:
 def compiled() -> Any | None:
     """`march` compiled to machine code, or None where numba is not installed."""
     try:
-        from gyro_cosim import loop_numba
+        from gyro_cosim.kernel import numba_calls
     except ImportError:
         return None
-    return loop_numba.compiled_march()
+    return numba_calls.compiled_march()
 
 
 @lru_cache(maxsize=1)
 def compiled_meter() -> Any | None:
     """The energy meter's arithmetic compiled, or None where numba is not installed."""
     try:
-        from gyro_cosim import loop_numba
+        from gyro_cosim.kernel import numba_calls
     except ImportError:
         return None
-    return loop_numba.compiled_meter()
+    return numba_calls.compiled_meter()
