@@ -12,6 +12,9 @@ Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\[\d+\])?")
 
+# Outputs of a component that reports its energy: what it stores (J), turns into heat (W) and, where it has a motor, is fed (W).
+BALANCE = ("stored_energy", "dissipated_power", "motor_power")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Variable:

@@ -12,12 +12,20 @@ from frames import sine
 from gyro_cosim import Jacobi, simulate, system
 from gyro_cosim.cli.delay import remedy
 from gyro_cosim.comparison.candidates import five_percent
-from gyro_cosim.compensation import COMPENSATORS, Filter, Impulse, PassivityController, Polynomial, Uncompensated, delay_taps
-from gyro_cosim.delay import Setting, by_eigenvalues, by_runs, delay_map, delayed_network, verdict_by_model, verdict_by_runs
+from gyro_cosim.hil.compensation import COMPENSATORS, Filter, Impulse, PassivityController, Polynomial, Uncompensated, delay_taps
+from gyro_cosim.hil.delay_margin import (
+    Setting,
+    by_eigenvalues,
+    by_runs,
+    delay_map,
+    delayed_network,
+    verdict_by_model,
+    verdict_by_runs,
+)
+from gyro_cosim.hil.delayed_slave import Interface
+from gyro_cosim.hil.sampled_model import linearise
 from gyro_cosim.master import run
-from gyro_cosim.sampled import linearise
 from gyro_cosim.slaves import open_slave
-from gyro_cosim.slaves.interface import Interface
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm").with_value("vehicle.yaw_angle", 0.05)
 NONLINEAR = PLAN.with_source("gyro", "nonlinear")

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gyro_cosim import realtime, simulate, system
+from gyro_cosim import simulate, system
 from gyro_cosim.cli.run import document as run_document
-from gyro_cosim.realtime import Pacer, RealTimeError
+from gyro_cosim.hil import realtime
+from gyro_cosim.hil.realtime import Pacer, RealTimeError
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
 PLAIN = PLAN.with_source("gyro", "nonlinear")

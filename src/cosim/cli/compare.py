@@ -53,9 +53,9 @@ def command(
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
-        from gyro_cosim.comparison import figures as unit_figures
+        from gyro_cosim.comparison.figures import comparison
 
-        figures.save(unit_figures.comparison(result), plot)
+        figures.save(comparison(result), plot)
     say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))
     return 0 if result.verdict else 1
 

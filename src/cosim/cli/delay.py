@@ -8,9 +8,9 @@ import typer
 from rich.table import Table
 
 from gyro_cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
-from gyro_cosim.compensation import COMPENSATORS
 from gyro_cosim.coupling import ALGORITHMS, algorithm
-from gyro_cosim.delay import Margin, Remedy, Setting
+from gyro_cosim.hil.compensation import COMPENSATORS
+from gyro_cosim.hil.delay_margin import Margin, Remedy, Setting
 from gyro_cosim.system import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
@@ -44,7 +44,7 @@ def command(
     from gyro_cosim import figures
     from gyro_cosim.comparison.candidates import five_percent
     from gyro_cosim.comparison.tolerances import read as read_tolerances
-    from gyro_cosim.delay import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
+    from gyro_cosim.hil.delay_margin import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
@@ -74,13 +74,13 @@ def command(
     if grid is not None and plot is not None:
         import numpy as np
 
-        from gyro_cosim.comparison import figures as unit_figures
+        from gyro_cosim.hil.figures import delay_margins
 
         name, values, unit = grid
         steps = np.array([setting.step / 2**k for k in range(4)])
         with progress("map") as show:
             drawn = delay_map(replace(setting, remedy=remedies[0]), name, values, steps, unit, show)
-        figures.save(unit_figures.delay_margins(drawn, plan.name), plot)
+        figures.save(delay_margins(drawn, plan.name), plot)
         words.append(f"wrote {plot}")
 
     def document() -> dict[str, Any]:

@@ -23,9 +23,9 @@ from gyro_cosim.cli.common import (
 from gyro_cosim.cli.summary import certificate_document, certificate_words, document, summary
 from gyro_cosim.coupling import ALGORITHMS, algorithm
 from gyro_cosim.errors import RunError
+from gyro_cosim.hil.realtime import Pacer
 from gyro_cosim.master import Options, Run, macro_steps, open_network
 from gyro_cosim.master import run as run_network
-from gyro_cosim.realtime import Pacer
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 

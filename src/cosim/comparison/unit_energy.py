@@ -6,7 +6,7 @@ From the motions w and efforts M of its bonds at the communication points (trape
     created     = stored(t) - stored(0) + int (dissipated - motor) dt - absorbed(t)
 
 A passive unit has absorbed(t) >= -stored(0): the least value of absorbed is the passivity observer of Hannaford and Ryu (2002).
-Where a unit reports its energy (outputs called as in BALANCE), `created` is exactly what stands between it and the rest:
+Where a unit reports its energy (component.variables.BALANCE), `created` is exactly what stands between it and the rest:
 delays, sensors, the coupling itself; negative where they take energy away.
 """
 
@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.compensation import BALANCE
 from gyro_cosim.component.units import unit
+from gyro_cosim.component.variables import BALANCE
 from gyro_cosim.network import Network
 from gyro_cosim.trajectory import Trajectory
 

@@ -1,7 +1,7 @@
 """A transport delay between a component and the rest, and what can be done about it where the answer comes in.
 
 What a unit sends at the communication points n, v_n, arrives as w_n. A delay of d macro steps and a linear compensator
-together are a filter with known coefficients, which the runs (Interface) and the eigenvalues (gyro_cosim.sampled) share:
+together are a filter with known coefficients, which the runs (Interface) and the eigenvalues (hil/sampled_model.py) share:
 
     w_n = sum_j b_j v_{n-j} + sum_{j >= 1} a_j w_{n-j}                                                        (1)
 
@@ -124,11 +124,6 @@ class Impulse(Compensator):
         return Taps((1.0 + self.gain) * delay_taps(d), a)
 
 
-BALANCE = (
-    "stored_energy",
-    "dissipated_power",
-    "motor_power",
-)  # outputs of a unit that reports its energy; the last if it has one
 COMPENSATORS: dict[str, Compensator] = {
     "none": Uncompensated(), "linear": Polynomial(1), "quadratic": Polynomial(2), "nepce": Impulse(),
 }  # fmt: skip

@@ -1,6 +1,6 @@
 """How much delay can a unit's answer have? The largest loop delay that leaves the system stable, or within tolerances.
 
-Two ways that must agree: the eigenvalues (or the course) of the sampled, delayed, linearised system of gyro_cosim.sampled, exact
+Two ways that must agree: the eigenvalues (or the course) of the sampled, delayed, linearised system of hil/sampled_model.py, exact
 for a linear system under Jacobi; and bisection on runs, which take any component, algorithm and compensator. In a loop only
 the sum of the delays there and back counts for stability, so the delay is put on the way back.
 
@@ -15,14 +15,14 @@ import numpy as np
 
 from gyro_cosim.comparison.candidates import judge
 from gyro_cosim.comparison.tolerances import Tolerances
-from gyro_cosim.compensation import Compensator, Uncompensated
 from gyro_cosim.coupling import Algorithm, Jacobi
 from gyro_cosim.errors import RunError
+from gyro_cosim.hil.compensation import Compensator, Uncompensated
+from gyro_cosim.hil.delayed_slave import Interface
+from gyro_cosim.hil.sampled_model import Model, linearise
 from gyro_cosim.master import Run, macro_steps, open_network, run
 from gyro_cosim.network import Network
-from gyro_cosim.sampled import Model, linearise
 from gyro_cosim.slaves import Slave, open_slave
-from gyro_cosim.slaves.interface import Interface
 from gyro_cosim.system import System
 from gyro_cosim.trajectory import Trajectory
 

@@ -1,11 +1,12 @@
-"""A slave behind a delayed, perhaps compensated interface. What the filters mean stands in gyro_cosim.compensation."""
+"""A slave behind a delayed, perhaps compensated interface. What the filters mean stands in gyro_cosim.hil.compensation."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gyro_cosim.compensation import BALANCE, Compensator, Filter, PassivityController, Uncompensated, delay_taps
+from gyro_cosim.component.variables import BALANCE
+from gyro_cosim.hil.compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 from gyro_cosim.slaves.base import Slave, StateSpace
 
 

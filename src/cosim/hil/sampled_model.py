@@ -7,7 +7,7 @@ values, a macro step is
     x_{n+1} = Phi x_n + F + sum_j G_j U_j,   U_j = L sum_i P_ji w_{n-i},   w_n = (delay, compensator) v_n,   v_n = C x_n + D L
     w_n,
 
-L the wiring, v what components send, w what arrives, a filter of gyro_cosim.compensation on the delayed rows. Together: s_{n+1} =
+L the wiring, v what components send, w what arrives, a filter of hil/compensation.py on the delayed rows. Together: s_{n+1} =
 M s_n + m with s = (x, old v of the delayed rows, old w), whose eigenvalues decide on stability.
 """
 
@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from gyro_cosim import catalogue
-from gyro_cosim.compensation import Taps
+from gyro_cosim.hil.compensation import Taps
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.in_process import ComponentSlave
 from gyro_cosim.system import System
