@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 from gyro_cosim import Jacobi, simulate, system
-from gyro_cosim.march import Options
-from gyro_cosim.recording import Recording
+from gyro_cosim.master.recording import Recording
+from gyro_cosim.master.stepping import Options
 
 STEP = 1e-3
 

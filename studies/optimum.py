@@ -15,7 +15,7 @@ from scipy.integrate import simpson
 
 from gyro_cosim import Jacobi, figures, simulate, system
 from gyro_cosim.master import Options
-from gyro_cosim.recording import Recording
+from gyro_cosim.master.recording import Recording
 from gyro_cosim.studies import AtRest, Release, optimum
 
 # ---- parameters: q = (spin, k_g, c_g, d_g); bounds: 1 to 4 of the tables' springs and dampers, d_g and spin as docs/vehicle.md

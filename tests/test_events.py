@@ -9,9 +9,9 @@ import pytest
 import small_fmus
 
 from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, Part, SlaveError, System, simulate
-from gyro_cosim.adaptive import Adaptive
-from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.master import Options, open_network, run
+from gyro_cosim.master.adaptive import Adaptive
+from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.packing import pack
 from gyro_cosim.slaves import open_slave
 

@@ -11,12 +11,12 @@ import pytest
 
 from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Iterated, Jacobi, Run, simulate, system
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.adaptive import Adaptive
-from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.component import Component, build, input_, output, state
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.master import Options, open_network, run
-from gyro_cosim.recording import Recording
+from gyro_cosim.master.adaptive import Adaptive
+from gyro_cosim.master.checkpoint import Checkpoint, Resume
+from gyro_cosim.master.recording import Recording
 from gyro_cosim.system import Part, StopWhen, System
 from gyro_cosim.trajectory import read_csv
 
@@ -38,7 +38,7 @@ def test_selection_and_thinning_keep_rows_and_the_end(in_process: bool, tmp_path
 
 
 def test_memory_stays_bounded_when_results_go_to_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gyro_cosim import recording
+    from gyro_cosim.master import recording
 
     monkeypatch.setattr(recording, "IN_MEMORY", 1000)
     run = simulate(PAIR, step=1e-3, stop=5.0, options=Options(record=Recording(stream=tmp_path / "s.csv")))

@@ -15,13 +15,13 @@ from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, simulate, sy
 from gyro_cosim.accuracy.certificate import certify
 from gyro_cosim.accuracy.convergence import converge
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.adaptive import Adaptive
-from gyro_cosim.checkpoint import Checkpoint, Resume
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.kernel import driver
 from gyro_cosim.master import Options, macro_steps, open_network, run
+from gyro_cosim.master.adaptive import Adaptive
+from gyro_cosim.master.checkpoint import Checkpoint, Resume
+from gyro_cosim.master.recording import Recording
 from gyro_cosim.packing import pack
-from gyro_cosim.recording import Recording
 from gyro_cosim.sweep import Sweep
 
 PAIR = system("wheel-pair")

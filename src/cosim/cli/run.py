@@ -78,8 +78,8 @@ def command(
     Without options `cosim run wheel-pair` is the paper's case of figure 4: v = 10 m/s, rotor at 100 rpm, starting at
     y = 0.001 m and psi = 0.314 rad.
     """
-    from gyro_cosim.adaptive import Adaptive
-    from gyro_cosim.checkpoint import Checkpoint, Resume
+    from gyro_cosim.master.adaptive import Adaptive
+    from gyro_cosim.master.checkpoint import Checkpoint, Resume
 
     plan = chosen_system(system, gyro, set_)
     chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
@@ -169,7 +169,7 @@ def _substeps(given: list[str] | None) -> dict[str, int]:
 
 
 def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
-    from gyro_cosim.recording import Recording
+    from gyro_cosim.master.recording import Recording
 
     return Recording(tuple(select or ()), every, stream)
 

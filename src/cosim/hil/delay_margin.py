@@ -1,6 +1,6 @@
 """How much delay can a unit's answer have? The largest loop delay that leaves the system stable, or within tolerances.
 
-Two ways that must agree: the eigenvalues (or the course) of the sampled, delayed, linearised system of hil/sampled_model.py, exact
+Two ways that must agree: the eigenvalues (or the course) of the sampled, delayed, linearised system of sampled_model.py, exact
 for a linear system under Jacobi; and bisection on runs, which take any component, algorithm and compensator. In a loop only
 the sum of the delays there and back counts for stability, so the delay is put on the way back.
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from gyro_cosim.coupling import Algorithm, History
-from gyro_cosim.energy import EnergyMeter
+from gyro_cosim.master.energy import EnergyMeter
+from gyro_cosim.master.recording import Recorder
 from gyro_cosim.network import Network
-from gyro_cosim.recording import Recorder
 
 FORMAT = 2
 

@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from gyro_cosim.coupling import Algorithm, Jacobi
-from gyro_cosim.energy import BondEnergy, untrustworthy
 from gyro_cosim.errors import EndRequest, RunError
-from gyro_cosim.march import March, Options, Progress
+from gyro_cosim.master.energy import BondEnergy, untrustworthy
+from gyro_cosim.master.stepping import March, Options, Progress
 from gyro_cosim.network import Network
 from gyro_cosim.slaves import Slave, open_slave
 from gyro_cosim.slaves.opened import Shelf

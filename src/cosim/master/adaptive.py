@@ -16,8 +16,8 @@ import numpy as np
 
 from gyro_cosim.coupling import Algorithm, History, Iterated, Jacobi
 from gyro_cosim.coupling.base import Used, discard_all, go_back, require_restore, save_all
-from gyro_cosim.energy import residual_power
 from gyro_cosim.errors import ConvergenceError
+from gyro_cosim.master.energy import residual_power
 from gyro_cosim.network import Network
 
 Step = tuple[float, float, np.ndarray, Used]  # h, t after it, Y there, inputs used
