@@ -12,8 +12,8 @@ from gyro_cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
 from gyro_cosim.accuracy.certificate import certify, margin, spectral_radius
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.coupling import Algorithm
-from gyro_cosim.linear import linearised
 from gyro_cosim.master import open_network, run
+from gyro_cosim.network.linearised import linearised
 
 PAIR = system("wheel-pair")
 CASES = {

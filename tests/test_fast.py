@@ -44,8 +44,8 @@ def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm
 
 def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every connection gets a factor and an offset: same bits, and neither forgotten."""
-    from gyro_cosim import network
-    from gyro_cosim.wiring import Transfer
+    from gyro_cosim.network import network
+    from gyro_cosim.network.wiring import Transfer
 
     plain = network.transfer
     monkeypatch.setattr(network, "transfer", lambda *a: Transfer(0.5 * plain(*a).factor, plain(*a).offset + 0.1))

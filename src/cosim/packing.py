@@ -16,13 +16,13 @@ from lxml import etree
 
 from gyro_cosim import archive, catalogue
 from gyro_cosim.component.units import BASE, Unit
+from gyro_cosim.network.wiring import transfer
 from gyro_cosim.quantities import meaning
 from gyro_cosim.slaves.base import Signal, Value
 from gyro_cosim.slaves.description import read
 from gyro_cosim.slaves.variables import Interface, interface
 from gyro_cosim.ssd.documents import ANNOTATION, NAMESPACES
 from gyro_cosim.system import Connection, Part, System
-from gyro_cosim.wiring import transfer
 
 _TYPES = {
     "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",

@@ -20,8 +20,8 @@ import numpy as np
 from gyro_cosim.coupling.base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
 from gyro_cosim.coupling.history import History
 from gyro_cosim.errors import ConvergenceError
-from gyro_cosim.linear import linearised
 from gyro_cosim.network import Network
+from gyro_cosim.network.linearised import linearised
 
 
 @dataclass(frozen=True)

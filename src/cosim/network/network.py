@@ -8,13 +8,13 @@ from types import TracebackType
 
 import numpy as np
 
-from gyro_cosim.bonds import bonds
 from gyro_cosim.catalogue import unknown
 from gyro_cosim.errors import WiringError
-from gyro_cosim.evaluation import Evaluation
+from gyro_cosim.network.bonds import bonds
+from gyro_cosim.network.evaluation import Evaluation
+from gyro_cosim.network.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 from gyro_cosim.slaves import Slave
 from gyro_cosim.system import Connection, System
-from gyro_cosim.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 
 
 def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:

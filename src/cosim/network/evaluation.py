@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.algebraic import Evaluating, LoopSolver
-from gyro_cosim.dataflow import cycle, loops, strong_components
 from gyro_cosim.errors import ConvergenceError
+from gyro_cosim.network.loops import Evaluating, LoopSolver, cycle, self_dependent, strong_components
 
 EXCHANGES = 50  # rounds after which inputs and outputs at the start must agree
 AGREEMENT = 1e-10  # relative; loops are solved to 1e-12
@@ -45,7 +44,7 @@ class Evaluation:
         sources: dict[int, list[int]] = {}
         for y, places in needs.items():
             sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
-        found = loops(needs, needs)
+        found = self_dependent(needs, needs)
         self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in found)
         self.solvers = [LoopSolver(network, group) for group in found]
         groups = strong_components(range(len(network.slices)), sources)

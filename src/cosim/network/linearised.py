@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.network import Network
+from gyro_cosim.network.network import Network
 from gyro_cosim.slaves.base import Slave, StateSpace
 
 

@@ -1,0 +1,13 @@
+"""What wires slaves: whose output feeds which input, in which unit, in which order, and what depends on itself.
+
+network         the slaves of a system, opened and wired
+wiring          connections, conversions, start values
+bonds           pairs of connections whose product is a power
+evaluation      how outputs are made consistent at a communication point
+loops           algebraic loops: where they are, and their solution
+linearised      slaves replaced by their exact linearisation
+"""
+
+from gyro_cosim.network.network import Network, projected
+
+__all__ = ["Network", "projected"]
