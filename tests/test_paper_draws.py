@@ -14,13 +14,15 @@ import numpy as np
 import pytest
 
 from gyro_cosim import figures, master
-from gyro_cosim.paper import cases, chance, measures, pair_draws, sensitivity_figures, vehicle_draws
-from gyro_cosim.paper.chance import influences, wilson
-from gyro_cosim.paper.draws import Bench, Study, Subject, carry_out
-from gyro_cosim.paper.open_parameters import Open, coordinates, draws, middle
-from gyro_cosim.paper.sensitivity import findings, ranking, sentences
-from gyro_cosim.paper.sensitivity_page import document, page
-from gyro_cosim.paper.studied import studied
+from gyro_cosim.paper import cases, measures
+from gyro_cosim.paper.sensitivity import figures as sensitivity_figures
+from gyro_cosim.paper.sensitivity import pair_draws, statistics, vehicle_draws
+from gyro_cosim.paper.sensitivity.draws import Bench, Study, Subject, carry_out
+from gyro_cosim.paper.sensitivity.findings import findings, ranking, sentences
+from gyro_cosim.paper.sensitivity.open_parameters import Open, coordinates, draws, middle
+from gyro_cosim.paper.sensitivity.page import document, page
+from gyro_cosim.paper.sensitivity.statistics import influences, wilson
+from gyro_cosim.paper.sensitivity.study import studied
 from gyro_cosim.sweep.store import journal_of, load
 from gyro_cosim.sweep.table import Table
 from gyro_cosim.trajectory import Trajectory
@@ -186,7 +188,7 @@ def test_what_is_found_is_what_was_put_in() -> None:
     assert found["C1", "high"].share.judged == 199
     assert found["C1", "high"].share.count == pytest.approx(100, abs=1)  # a Latin hypercube: half of the range, half of the draws
     assert found["C1", ""].share.count == pytest.approx(80, abs=12)
-    assert found["C2", ""].share == chance.wilson(199, 199)
+    assert found["C2", ""].share == statistics.wilson(199, 199)
     assert [shown.target for shown in found["C1", "high"].deciding] == ["m.alpha"]
     assert found["C1", "high"].deciding[0].rho == pytest.approx(np.sqrt(3) / 2, abs=0.01)  # of a half with its ranks
     assert found["C1", "low"].deciding[0].rho == pytest.approx(-np.sqrt(3 * 0.2 * 0.8), abs=0.02)  # of a fifth

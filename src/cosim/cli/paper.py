@@ -25,8 +25,7 @@ def command(
 
     Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
     """
-    from gyro_cosim import report
-    from gyro_cosim.paper import DRAWS, SEED, reproduce, studied, subjects
+    from gyro_cosim.paper import DRAWS, SEED, ledger, reproduce, studied, subjects
 
     count = DRAWS if draws is None else draws
     if count < 0:
@@ -44,6 +43,6 @@ def command(
         note = f"\n({claim.note})" if claim.note else ""
         told = f"{claim.claim} [{claim.where}]".replace("[", "\\[")
         table.add_row(claim.id, told, claim.measured + note, claim.verdict, claim.sensitivity)
-    document = {"claims": report.document(claims), "files": [str(file) for file in (*files, *drawn)]}
+    document = {"claims": ledger.document(claims), "files": [str(file) for file in (*files, *drawn)]}
     say(as_json, lambda: document, table, *(f"wrote {file}" for file in (*files, *drawn)))
     return 0

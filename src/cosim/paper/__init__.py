@@ -14,11 +14,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from gyro_cosim import report
-from gyro_cosim.paper import vehicle, wheel_pair
+from gyro_cosim.paper import ledger, vehicle, wheel_pair
 from gyro_cosim.paper.cases import Extent
-from gyro_cosim.paper.studied import DRAWS, SEED, studied, subjects
-from gyro_cosim.report import Claim
+from gyro_cosim.paper.ledger import Claim
+from gyro_cosim.paper.sensitivity.study import DRAWS, SEED, studied, subjects
 
 __all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
 
@@ -44,8 +43,8 @@ def reproduce(
         more, others = vehicle.reproduce(folder, extent=extent, progress=progress)
         claims, files = claims + more, files + others
     claims = [replace(claim, sensitivity=(sensitivity or {}).get(claim.id, NOT_STUDIED)) for claim in claims]
-    ledger = folder / "ledger.md"
-    ledger.write_text(report.markdown(claims, "Claims of the paper, recomputed"), encoding="utf-8")
+    page = folder / "ledger.md"
+    page.write_text(ledger.markdown(claims, "Claims of the paper, recomputed"), encoding="utf-8")
     data = folder / "ledger.json"
-    data.write_text(json.dumps({"claims": report.document(claims)}, indent=1) + "\n", encoding="utf-8")
-    return claims, [*files, ledger, data]
+    data.write_text(json.dumps({"claims": ledger.document(claims)}, indent=1) + "\n", encoding="utf-8")
+    return claims, [*files, page, data]

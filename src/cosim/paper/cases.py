@@ -1,7 +1,7 @@
 """The cases of the full vehicle, figures 6 to 10: which runs there are, how long they take, and what is recorded of them.
 
 "Off" is 0 rpm, "on" 2000 rpm. The straight case runs at 50 m/s over five waves, the curve of 50 m at 5 and at 8 m/s. The ledger
-runs two parameter sets from several starts; gyro_cosim.paper.draws runs the same cases for draws from the open parameters.
+runs two parameter sets from several starts; sensitivity/draws.py runs the same cases for draws from the open parameters.
 """
 
 import multiprocessing

@@ -8,6 +8,7 @@ import numpy as np
 
 from gyro_cosim import figures
 from gyro_cosim.paper import pair_measures
+from gyro_cosim.paper.ledger import Claim
 from gyro_cosim.paper.measures import holds
 from gyro_cosim.paper.pair_measures import (
     AT_REST,
@@ -24,7 +25,6 @@ from gyro_cosim.paper.pair_measures import (
     late_to_early,
     settling_time,
 )
-from gyro_cosim.report import Claim
 from gyro_cosim.ssd import system as named_system
 from gyro_cosim.studies import best, decay_rates
 from gyro_cosim.system import System

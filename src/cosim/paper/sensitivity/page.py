@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.paper.chance import wilson
-from gyro_cosim.paper.draws import DRAW, Study
-from gyro_cosim.paper.sensitivity import Finding, Ranked, findings, margin_of, ranking, shown
+from gyro_cosim.paper.sensitivity.draws import DRAW, Study
+from gyro_cosim.paper.sensitivity.findings import Finding, Ranked, findings, margin_of, ranking, shown
+from gyro_cosim.paper.sensitivity.statistics import wilson
 from gyro_cosim.sweep.table import Table
 
 BEST = 5  # draws that the ranking shows

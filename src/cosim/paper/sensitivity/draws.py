@@ -16,7 +16,7 @@ import numpy as np
 
 from gyro_cosim import archive, catalogue
 from gyro_cosim.errors import RunError
-from gyro_cosim.paper.open_parameters import Open, draws, middle
+from gyro_cosim.paper.sensitivity.open_parameters import Open, draws, middle
 from gyro_cosim.sweep.axes import Point
 from gyro_cosim.sweep.pool import Pool, cores
 from gyro_cosim.sweep.runner import Row

@@ -20,9 +20,9 @@ from gyro_cosim import master
 from gyro_cosim.network import Network
 from gyro_cosim.paper import cases, measures
 from gyro_cosim.paper.cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
-from gyro_cosim.paper.draws import NAMED, plain, sources_of
 from gyro_cosim.paper.measures import Margins, Measures, Y
-from gyro_cosim.paper.open_parameters import Open, open_parameters, values_of
+from gyro_cosim.paper.sensitivity.draws import NAMED, plain, sources_of
+from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
 from gyro_cosim.sweep.axes import Point
 from gyro_cosim.system import System
 from gyro_cosim.trajectory import Trajectory
@@ -35,7 +35,7 @@ HUNTS = 1e-3  # m; half-way through a straight run this much, and not halved sin
 
 @dataclass(frozen=True)
 class VehicleSubject:
-    """See gyro_cosim.paper.draws.Subject. `fixed`: the vehicle's values that are not drawn."""
+    """See gyro_cosim.paper.sensitivity.draws.Subject. `fixed`: the vehicle's values that are not drawn."""
 
     systems: Mapping[int, System]
     parameters: tuple[Open, ...]
@@ -99,7 +99,7 @@ class VehicleBench:
         self._network: Network | None = None
 
     def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
-        """See gyro_cosim.paper.draws.Bench."""
+        """See gyro_cosim.paper.sensitivity.draws.Bench."""
         values = {t: float(v) for t, v in point.items() if t not in NAMED} | dict(self._what.wheels[str(point["wheels"])])
         of_vehicle = {**self._what.fixed, **{t.partition(".")[2]: v for t, v in values.items() if t.startswith("vehicle.")}}
 

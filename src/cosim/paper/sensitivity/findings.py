@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gyro_cosim.paper.chance import Influence, Share, influences, wilson
-from gyro_cosim.paper.draws import DRAW, MARGIN, MIDDLE, Study
-from gyro_cosim.paper.open_parameters import TIED, coordinates
+from gyro_cosim.paper.sensitivity.draws import DRAW, MARGIN, MIDDLE, Study
+from gyro_cosim.paper.sensitivity.open_parameters import TIED, coordinates
+from gyro_cosim.paper.sensitivity.statistics import Influence, Share, influences, wilson
 from gyro_cosim.sweep.table import Table
 
 MOST = 3  # parameters that a sentence names

@@ -11,10 +11,10 @@ import numpy as np
 from gyro_cosim import master
 from gyro_cosim.network import Network
 from gyro_cosim.paper import pair_measures
-from gyro_cosim.paper.draws import NAMED, sources_of
 from gyro_cosim.paper.measures import Margins
-from gyro_cosim.paper.open_parameters import Open, open_parameters, values_of
 from gyro_cosim.paper.pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
+from gyro_cosim.paper.sensitivity.draws import NAMED, sources_of
+from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
 from gyro_cosim.ssd import system as named_system
 from gyro_cosim.sweep.axes import Point
 from gyro_cosim.system import System
@@ -26,7 +26,7 @@ FINENESS = 200  # of the root loci; the ledger's are twice as fine, to be drawn
 
 @dataclass(frozen=True)
 class PairSubject:
-    """See gyro_cosim.paper.draws.Subject."""
+    """See gyro_cosim.paper.sensitivity.draws.Subject."""
 
     system: System
     parameters: tuple[Open, ...]
@@ -74,7 +74,7 @@ class PairBench:
         self._network: Network | None = None
 
     def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
-        """See gyro_cosim.paper.draws.Bench."""
+        """See gyro_cosim.paper.sensitivity.draws.Bench."""
         plan = self._system
         for target, value in point.items():
             if target not in NAMED:

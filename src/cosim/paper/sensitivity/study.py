@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from gyro_cosim import figures
-from gyro_cosim.paper import pair_draws, sensitivity_figures, vehicle_draws
-from gyro_cosim.paper.draws import Study, Subject, carry_out
-from gyro_cosim.paper.sensitivity import Finding, findings, sentences
-from gyro_cosim.paper.sensitivity_page import document, page
+from gyro_cosim.paper.sensitivity import figures as sensitivity_figures
+from gyro_cosim.paper.sensitivity import pair_draws, vehicle_draws
+from gyro_cosim.paper.sensitivity.draws import Study, Subject, carry_out
+from gyro_cosim.paper.sensitivity.findings import Finding, findings, sentences
+from gyro_cosim.paper.sensitivity.page import document, page
 
 EVERYWHERE = {"C5": "holds in every draw: no open parameter enters"}
 DRAWS, SEED = 8, 1  # a look in passing; docs/claims.md has the study that claims rest on
