@@ -9,7 +9,7 @@ import numpy as np
 
 from gyro_cosim.component.joined import Joined
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
-from gyro_cosim.safety import nadal_limit, verdict, worst
+from gyro_cosim.railway.safety import nadal_limit, verdict, worst
 from gyro_cosim.vehicle.lrt import lrt
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 

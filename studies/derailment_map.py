@@ -15,8 +15,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from gyro_cosim import figures, system
-from gyro_cosim.assessment import assess
-from gyro_cosim.safety import LIMIT
+from gyro_cosim.railway.assessment import assess
+from gyro_cosim.railway.safety import LIMIT
 from gyro_cosim.sweep import Measure, Sweep, load, sweep
 from gyro_cosim.system import StopWhen
 from gyro_cosim.trajectory import Trajectory

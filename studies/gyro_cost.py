@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from gyro_cosim import catalogue, figures, system
-from gyro_cosim.assessment import assess
+from gyro_cosim.railway.assessment import assess
 from gyro_cosim.sweep import Measure, Sweep, load, sweep
 from gyro_cosim.system import StopWhen
 from gyro_cosim.trajectory import Trajectory

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gyro_cosim import figures, system
+from gyro_cosim.stability.figures import root_locus
 from gyro_cosim.studies import AtRest
 
 # ---- parameters
@@ -70,10 +71,10 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
 
     # ---- figure
     slowest = np.abs(over_speed).min(axis=0) < 10.0
-    figures.root_locus(row[0], over_speed[:, slowest], speeds, "forward speed v [m/s]")
+    root_locus(row[0], over_speed[:, slowest], speeds, "forward speed v [m/s]")
     row[0].set_title(f"set {name}: {SPIN:g} rpm, v = {speeds[0]:g} to {speeds[-1]:g} m/s", fontsize=10)
     slowest = np.abs(over_spin).min(axis=0) < 10.0
-    figures.root_locus(row[1], over_spin[:, slowest], spins, "rotor speed [rpm]")
+    root_locus(row[1], over_spin[:, slowest], spins, "rotor speed [rpm]")
     row[1].set_title(f"set {name}: v = {SPEED:g} m/s, 0 to {spins[-1]:g} rpm", fontsize=10)
     for ax, window in zip(row[:2], WINDOWS[name], strict=False):
         ax.axvspan(0.0, 20.0, color=figures.COLOURS[1], alpha=0.08)

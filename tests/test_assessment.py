@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyro_cosim.assessment import assess
+from gyro_cosim.railway.assessment import assess
 from gyro_cosim.trajectory import Trajectory
 
 

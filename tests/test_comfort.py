@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyro_cosim.comfort import W_B, W_B_ISO_8041, W_D, Weighting, mean_comfort, percentile, verdict, weighted, window_rms
+from gyro_cosim.railway.comfort import W_B, W_B_ISO_8041, W_D, Weighting, mean_comfort, percentile, verdict, weighted, window_rms
 
 # ISO 2631-1:1997, Table 3, W_d times 1000, at the third octaves' nominal frequencies from 0.1 Hz on. At 10 Hz
 # 212 is printed; the standard's own formula gives 201.7, as its neighbours do, so that is taken for a misprint and left out.

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gyro_cosim.assessment import assess
 from gyro_cosim.paper import measures, pair_measures, vehicle
 from gyro_cosim.paper.cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case
 from gyro_cosim.paper.measures import decades, holds
 from gyro_cosim.paper.pair_measures import ETA, PSI, TURNING, Observed, Y
+from gyro_cosim.railway.assessment import assess
 from gyro_cosim.trajectory import Trajectory
 
 NAMES = tuple(

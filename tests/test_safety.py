@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gyro_cosim import safety
+from gyro_cosim.railway import safety
+from gyro_cosim.railway.filters import low_pass, sliding_mean
 
 T = np.arange(0.0, 20.0, 1e-3)
 
@@ -35,7 +36,7 @@ def test_low_pass_has_its_gain_and_no_delay(frequency: float, gain: float) -> No
     assert exact == pytest.approx(gain, rel=2e-2)
     signal = np.sin(2 * np.pi * frequency * T)
     middle = slice(4000, 16000)  # whole periods, away from the ends
-    projected = 2 * np.mean(safety.low_pass(signal, T)[middle] * signal[middle])
+    projected = 2 * np.mean(low_pass(signal, T)[middle] * signal[middle])
     assert projected == pytest.approx(exact, rel=2e-2)
 
 
@@ -44,8 +45,8 @@ def test_sliding_mean_is_the_mean_over_two_metres() -> None:
     y = np.sin(3.0 * s) + 0.5 * s
     inside = (s > s[0] + 1.0) & (s < s[-1] - 1.0)
     exact = np.sin(3.0 * s) * np.sin(3.0) / 3.0 + 0.5 * s
-    assert safety.sliding_mean(y, s)[inside] == pytest.approx(exact[inside], abs=1e-4)
-    assert safety.sliding_mean(np.full_like(s, 7.0), s) == pytest.approx(7.0)
+    assert sliding_mean(y, s)[inside] == pytest.approx(exact[inside], abs=1e-4)
+    assert sliding_mean(np.full_like(s, 7.0), s) == pytest.approx(7.0)
 
 
 def test_a_short_blow_is_filtered_and_a_long_push_is_not() -> None:
@@ -84,10 +85,10 @@ def test_verdict_names_the_first_wheel_that_left() -> None:
         (lambda: safety.nadal_limit(2.0, 0.3), "contact_angle must lie between 0 and pi/2, got 2"),
         (lambda: safety.nadal_limit(1.2, 1.3), "friction must lie in 0..1, got 1.3"),
         (lambda: safety.guiding_force_limit(0.0), "axle_load must be positive, got 0"),
-        (lambda: safety.low_pass(T[:-1], T), "signal and t must be columns of equal length"),
-        (lambda: safety.low_pass(T, T**2), "t must be evenly spaced"),
-        (lambda: safety.low_pass(T[::50], T[::50]), "the sampling rate must exceed 49.9 Hz to cut off at 20 Hz, got 20"),
-        (lambda: safety.sliding_mean(T, -T), "distance must grow"),
+        (lambda: low_pass(T[:-1], T), "signal and t must be columns of equal length"),
+        (lambda: low_pass(T, T**2), "t must be evenly spaced"),
+        (lambda: low_pass(T[::50], T[::50]), "the sampling rate must exceed 49.9 Hz to cut off at 20 Hz, got 20"),
+        (lambda: sliding_mean(T, -T), "distance must grow"),
         (lambda: safety.worst({}, T, T), "at least one wheel"),
     ],
 )

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gyro_cosim.comfort import W_B, W_D, mean_comfort
+from gyro_cosim.railway.comfort import W_B, W_D, mean_comfort
 from gyro_cosim.trajectory import Trajectory
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -8,16 +8,6 @@ from typing import Any
 import numpy as np
 
 
-def even_step(signal: np.ndarray, t: np.ndarray) -> float:
-    """The step (s) of evenly spaced `t` (n,), to which `signal` (n,) belongs; ValueError where they are not that."""
-    if signal.shape != t.shape or t.ndim != 1 or t.size < 2:
-        raise ValueError(f"signal and t must be columns of equal length, got {signal.shape} and {t.shape}")
-    step = float(t[-1] - t[0]) / (t.size - 1)
-    if not np.allclose(np.diff(t), step, rtol=1e-6, atol=1e-9):
-        raise ValueError("t must be evenly spaced")
-    return step
-
-
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Signals at communication points. `t` (s), shape (n,); `values`, shape (n, len(names)); `names` as `component.variable`."""

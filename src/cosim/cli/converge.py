@@ -56,7 +56,9 @@ def command(
     with progress(f"ladder of {plan.name}") as show:
         result = converge(plan, chosen, step=coarsest, rungs=rungs, stop=end, in_process=in_process, progress=show)
     if plot is not None:
-        figures.save(figures.convergence(result), plot)
+        from gyro_cosim.accuracy.figures import convergence
+
+        figures.save(convergence(result), plot)
 
     def document() -> dict[str, Any]:
         return {

@@ -179,12 +179,13 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
         run.trajectory.save(output)
     if plot is not None:
         from gyro_cosim import figures
-        from gyro_cosim.assessment import assess
+        from gyro_cosim.railway.assessment import assess
+        from gyro_cosim.railway.figures import along_track
 
         title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
         vehicles = assess(run.trajectory)
         made = (
-            figures.along_track(run.trajectory, vehicles[0], title)
+            along_track(run.trajectory, vehicles[0], title)
             if vehicles
             else figures.time_histories(run.trajectory, _worth_drawing(run), title)
         )

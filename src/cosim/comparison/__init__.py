@@ -1,1 +1,1 @@
-"""TODO"""
+"""Is one component as good as another? Differences, tolerances, frequency responses, energy at its bonds."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gyro_cosim import safety
+from gyro_cosim.railway import safety
 from gyro_cosim.trajectory import Trajectory
 
 Measures = dict[str, float]

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim import safety
+from gyro_cosim.railway import safety
+from gyro_cosim.railway.filters import CUT_OFF
 from gyro_cosim.trajectory import Trajectory
 
 DISTANCE, CLIMB, COEFFICIENT, FORCE = "body_distance", "_climb", "_derailment_coefficient", "_lateral_force"
@@ -23,7 +24,7 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 class Assessment:
     """vehicle : its name in the system. wheels, pairs : their names.
 
-    verdict and worst Y/Q : see gyro_cosim.safety; worst is None where too few points a second were recorded for the filter, and
+    verdict and worst Y/Q : see safety.py; worst is None where too few points a second were recorded for the filter, and
         where the vehicle has not moved forward all the time.
     lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
     """
@@ -72,7 +73,7 @@ def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
         return {pair: (float(size.max()), float(size[-max(1, size.size // 10) :].max())) for pair, size in sizes.items()}
 
     distance = signal(DISTANCE)
-    fine_enough = t.size > 3 * safety.CUT_OFF * (t[-1] - t[0]) and bool(np.all(np.diff(distance) > 0.0))
+    fine_enough = t.size > 3 * CUT_OFF * (t[-1] - t[0]) and bool(np.all(np.diff(distance) > 0.0))
     return Assessment(
         vehicle,
         wheels,

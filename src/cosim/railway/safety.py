@@ -14,11 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.trajectory import even_step
+from gyro_cosim.railway.filters import en14363
 
 LIMIT = 0.8  # EN 14363, filtered Y/Q
-CUT_OFF = 20.0  # Hz
-WINDOW = 2.0  # m
 
 
 def nadal_limit(contact_angle: float, friction: float) -> float:
@@ -41,37 +39,6 @@ def guiding_force_limit(axle_load: float, alpha: float = 1.0) -> float:
     if not axle_load > 0.0:
         raise ValueError(f"axle_load must be positive, got {axle_load:g}")
     return alpha * (10e3 + axle_load / 3.0)
-
-
-def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.ndarray:
-    """`signal` (n,) over evenly spaced `t` (n,) without what is faster than `cut_off` (Hz): 24 dB per octave, no phase shift.
-
-    A Butterworth filter of order 2 forwards and backwards, its corner moved so that both together lose 3 dB at `cut_off`.
-    """
-    from scipy.signal import butter, sosfiltfilt
-
-    t, signal = np.asarray(t, dtype=float), np.asarray(signal, dtype=float)
-    step = even_step(signal, t)
-    corner = cut_off * (math.sqrt(2.0) - 1.0) ** -0.25
-    if not 2.0 * corner * step < 1.0:
-        raise ValueError(f"the sampling rate must exceed {2.0 * corner:.3g} Hz to cut off at {cut_off:g} Hz, got {1.0 / step:g}")
-    sos = butter(2, corner, fs=1.0 / step, output="sos")
-    return np.asarray(sosfiltfilt(sos, signal, padlen=min(t.size - 1, 200)))
-
-
-def sliding_mean(signal: np.ndarray, distance: np.ndarray, window: float = WINDOW) -> np.ndarray:
-    """Mean of `signal` (n,) over `window` (m) around each point of `distance` (n,), which grows; shorter at both ends."""
-    s, y = np.asarray(distance, dtype=float), np.asarray(signal, dtype=float)
-    if s.shape != y.shape or s.ndim != 1 or s.size < 2 or not np.all(np.diff(s) > 0.0):
-        raise ValueError("distance must grow and be as long as signal")
-    integral = np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(s))])
-    low, high = np.maximum(s - window / 2, s[0]), np.minimum(s + window / 2, s[-1])
-    return (np.interp(high, s, integral) - np.interp(low, s, integral)) / (high - low)
-
-
-def en14363(signal: np.ndarray, t: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """`signal` as EN 14363 assesses it: 20 Hz low pass over time, then the mean over 2 m of track."""
-    return sliding_mean(low_pass(signal, t), distance)
 
 
 @dataclass(frozen=True)
