@@ -19,8 +19,8 @@ from gyro_cosim.component.units import BASE, Unit
 from gyro_cosim.network.wiring import transfer
 from gyro_cosim.quantities import meaning
 from gyro_cosim.slaves.base import Signal, Value
-from gyro_cosim.slaves.description import read
-from gyro_cosim.slaves.variables import Interface, interface
+from gyro_cosim.slaves.fmi.description import read
+from gyro_cosim.slaves.fmi.signals import Interface, interface
 from gyro_cosim.ssd.documents import ANNOTATION, NAMESPACES
 from gyro_cosim.system import Connection, Part, System
 

@@ -10,8 +10,8 @@ from gyro_cosim import archive
 from gyro_cosim.cli.common import AsJson, say
 from gyro_cosim.master import open_network
 from gyro_cosim.network import Network
-from gyro_cosim.slaves.description import Description, Row, load
-from gyro_cosim.slaves.variables import interface
+from gyro_cosim.slaves.fmi.description import Description, Row, load
+from gyro_cosim.slaves.fmi.signals import interface
 from gyro_cosim.ssd import system as named_system
 
 CAPABILITIES = (

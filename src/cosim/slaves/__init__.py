@@ -6,7 +6,7 @@ from gyro_cosim import catalogue
 from gyro_cosim.slaves.base import RawFmu, Signal, Slave
 
 if TYPE_CHECKING:
-    from gyro_cosim.slaves.opened import Shelf
+    from gyro_cosim.slaves.fmi.unpacked import Shelf
 
 __all__ = ["RawFmu", "Signal", "Slave", "open_fmu", "open_slave"]
 
@@ -26,7 +26,7 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
         from gyro_cosim.slaves.in_process import ComponentSlave
 
         return ComponentSlave(name, catalogue.component(source))
-    from gyro_cosim.slaves.opened import Shelf
+    from gyro_cosim.slaves.fmi.unpacked import Shelf
 
     shelf = shelf or Shelf()
     location = shelf.location(source)
@@ -39,13 +39,13 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
 
 def open_fmu(name: str, location: str, shelf: "Shelf | None" = None) -> Slave:
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
-    from gyro_cosim.slaves.opened import Shelf
+    from gyro_cosim.slaves.fmi.unpacked import Shelf
 
     opened = (shelf or Shelf()).take(location)
     if opened.description.version == "3":
-        from gyro_cosim.slaves.fmi3 import Fmi3Slave
+        from gyro_cosim.slaves.fmi.fmi3 import Fmi3Slave
 
         return Fmi3Slave(name, opened)
-    from gyro_cosim.slaves.fmi2 import Fmi2Slave
+    from gyro_cosim.slaves.fmi.fmi2 import Fmi2Slave
 
     return Fmi2Slave(name, opened)

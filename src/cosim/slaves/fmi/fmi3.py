@@ -1,4 +1,4 @@
-"""An FMI 3.0 Co-Simulation FMU as a slave, with event mode where it has one; see gyro_cosim.slaves.events.
+"""An FMI 3.0 Co-Simulation FMU as a slave, with event mode where it has one; see gyro_cosim.slaves.fmi.events.
 
 With event mode it may return early from a step, where an event is: the event is handled there, and the rest of the step
 follows. So an event counts at its own time, whatever the macro step.
@@ -13,12 +13,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves import events
-from gyro_cosim.slaves.asking import Answers, asked_for
 from gyro_cosim.slaves.base import RawFmu, Value
-from gyro_cosim.slaves.description import Row
-from gyro_cosim.slaves.fmu import FmuSlave
-from gyro_cosim.slaves.library import POINTER, REFERENCES, SIZE, Library
+from gyro_cosim.slaves.fmi import events
+from gyro_cosim.slaves.fmi.description import Row
+from gyro_cosim.slaves.fmi.fmu import FmuSlave
+from gyro_cosim.slaves.fmi.intermediate_update import Answers, asked_for
+from gyro_cosim.slaves.fmi.library import POINTER, REFERENCES, SIZE, Library
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck

@@ -9,10 +9,10 @@ import numpy as np
 
 from gyro_cosim.errors import EndRequest, SlaveError
 from gyro_cosim.slaves.base import RawFmu, Value
-from gyro_cosim.slaves.description import Row
-from gyro_cosim.slaves.fmu import FmuSlave
-from gyro_cosim.slaves.library import POINTER, REFERENCES, SIZE, Library
-from gyro_cosim.slaves.opened import Callbacks2
+from gyro_cosim.slaves.fmi.description import Row
+from gyro_cosim.slaves.fmi.fmu import FmuSlave
+from gyro_cosim.slaves.fmi.library import POINTER, REFERENCES, SIZE, Library
+from gyro_cosim.slaves.fmi.unpacked import Callbacks2
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status
 

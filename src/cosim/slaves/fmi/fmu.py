@@ -13,13 +13,13 @@ import numpy as np
 
 from gyro_cosim.errors import SlaveError
 from gyro_cosim.slaves.base import Slave, StateSpace, Value
-from gyro_cosim.slaves.description import Row
-from gyro_cosim.slaves.events import Note
-from gyro_cosim.slaves.groups import Group, group, groups
-from gyro_cosim.slaves.library import POINTER, STATUS, Library, Log
-from gyro_cosim.slaves.opened import OpenedFmu
-from gyro_cosim.slaves.states import States
-from gyro_cosim.slaves.variables import by_variable, carried
+from gyro_cosim.slaves.fmi.buffers import Group, group, groups
+from gyro_cosim.slaves.fmi.description import Row
+from gyro_cosim.slaves.fmi.events import Note
+from gyro_cosim.slaves.fmi.fmu_state import States
+from gyro_cosim.slaves.fmi.library import POINTER, STATUS, Library, Log
+from gyro_cosim.slaves.fmi.signals import by_variable, carried
+from gyro_cosim.slaves.fmi.unpacked import OpenedFmu
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 

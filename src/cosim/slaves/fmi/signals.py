@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.slaves.description import REAL, Description, Row
+from gyro_cosim.slaves.fmi.description import REAL, Description, Row
 from gyro_cosim.slaves.signal import Signal, Type, Value
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gyro_cosim.slaves.description import Description
-from gyro_cosim.slaves.library import Library
+from gyro_cosim.slaves.fmi.description import Description
+from gyro_cosim.slaves.fmi.library import Library
 
 UPDATES = 1000  # rounds after which the discrete states must have settled
 
