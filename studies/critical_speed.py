@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from gyro_cosim import Connection, Jacobi, Part, System, figures, simulate, system
 from gyro_cosim.master import Options
 from gyro_cosim.master.recording import Recording
-from gyro_cosim.studies import AtRest, measured_root
+from gyro_cosim.stability import AtRest, measured_root
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -1,6 +1,6 @@
 """Which spring, damper, lever arm and spin bring the yaw motion to rest best? Gradient-based, through the CasADi monolith.
 
-Criterion: the integral of squared signals after a release, from Lyapunov equations, with exact gradients (cosim.studies.release
+Criterion: the integral of squared signals after a release, from Lyapunov equations, with exact gradients (stability/release.py
 says why not the slowest root itself). Set A, which nothing brings to rest, is made to grow as slowly as it can instead. Every
 optimum is run again as co-simulation of the FMUs, beside the default parameters. Run: python studies/optimum.py [--short]
 """
@@ -16,7 +16,7 @@ from scipy.integrate import simpson
 from gyro_cosim import Jacobi, figures, simulate, system
 from gyro_cosim.master import Options
 from gyro_cosim.master.recording import Recording
-from gyro_cosim.studies import AtRest, Release, optimum
+from gyro_cosim.stability import AtRest, Release, optimum
 
 # ---- parameters: q = (spin, k_g, c_g, d_g); bounds: 1 to 4 of the tables' springs and dampers, d_g and spin as docs/vehicle.md
 SHORT = "--short" in sys.argv

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gyro_cosim import figures, system
+from gyro_cosim.stability import AtRest
 from gyro_cosim.stability.figures import root_locus
-from gyro_cosim.studies import AtRest
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -2,7 +2,7 @@
 
 The decay rate of the slowest root that oscillates or grows (one that only creeps back is no danger): positive where the
 vehicle comes to rest, with the line of zero drawn. Roots that say nothing, as of the distance run, are not left out by their
-size: their coordinates are not in the equations (gyro_cosim.studies.AtRest). Run: python studies/stability_map.py [--short]
+size: their coordinates are not in the equations (gyro_cosim.stability.AtRest). Run: python studies/stability_map.py [--short]
 """
 
 import json
@@ -14,7 +14,7 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from gyro_cosim import figures, system
-from gyro_cosim.studies import AtRest
+from gyro_cosim.stability import AtRest
 
 # ---- parameters
 SHORT = "--short" in sys.argv

@@ -33,7 +33,7 @@ def test_run_tells_what_it_did(cosim_json: Callable[..., Any]) -> None:
     assert abs(document["energy_residual"]) < 1e-6
     assert document["units"]["vehicle.yaw_angle"] == "rad"
     from gyro_cosim.accuracy.monolith import Monolith
-    from gyro_cosim.ssd import system
+    from gyro_cosim.ssp import system
 
     exact = Monolith(system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")).solve(np.array([0.0, 0.5])).end()
     for name, value in exact.items():

@@ -12,8 +12,8 @@ from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, Par
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
-from gyro_cosim.packing import pack
 from gyro_cosim.slaves import open_slave
+from gyro_cosim.ssp.packing import pack
 
 G = 9.81
 

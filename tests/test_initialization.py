@@ -10,8 +10,8 @@ import small_fmus
 
 from gyro_cosim import Connection, ConvergenceError, Jacobi, Part, SlaveError, System, WiringError, simulate
 from gyro_cosim.master import open_network, run
-from gyro_cosim.packing import pack
-from gyro_cosim.slaves import serving
+from gyro_cosim.slaves.processes import serving
+from gyro_cosim.ssp.packing import pack
 
 VERSIONS = ((2, 2, 2), (3, 3, 3), (3, 2, 3))
 

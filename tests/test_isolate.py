@@ -15,9 +15,9 @@ import small_fmus
 from small_fmus import FAULTS
 
 from gyro_cosim import Connection, Part, SlaveError, System, simulate, system
-from gyro_cosim.packing import pack
 from gyro_cosim.slaves import open_slave, scratch
-from gyro_cosim.slaves.isolated import IsolatedSlave
+from gyro_cosim.slaves.processes.isolated import IsolatedSlave
+from gyro_cosim.ssp.packing import pack
 
 
 @pytest.fixture(autouse=True)
@@ -31,7 +31,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
     children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children")
     mine = children.read_text().split() if children.is_file() else []
     commands = [Path(f"/proc/{pid}/cmdline").read_bytes() for pid in mine if Path(f"/proc/{pid}/cmdline").exists()]
-    assert not [c for c in commands if b"gyro_cosim.slaves.isolated" in c]
+    assert not [c for c in commands if b"gyro_cosim.slaves.processes.isolated" in c]
 
 
 def broken(folder: Path, fault: str) -> System:

@@ -13,7 +13,7 @@ import small_fmus
 from lxml import etree
 
 from gyro_cosim import Connection, Jacobi, Part, System, catalogue, simulate, system
-from gyro_cosim.packing import pack
+from gyro_cosim.ssp.packing import pack
 from gyro_cosim.system import Hop
 
 

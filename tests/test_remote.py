@@ -18,9 +18,9 @@ import pytest
 from gyro_cosim import Jacobi, SlaveError, simulate, system
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.slaves.base import Slave
-from gyro_cosim.slaves.remote import RemoteSlave, parse
-from gyro_cosim.slaves.serving import listen, serve
-from gyro_cosim.slaves.wire import HEADER, MAGIC, Kind, Link, NonsenseError, array
+from gyro_cosim.slaves.processes.protocol import HEADER, MAGIC, Kind, Link, NonsenseError, array
+from gyro_cosim.slaves.processes.remote import RemoteSlave, parse
+from gyro_cosim.slaves.processes.serving import listen, serve
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
 PLAIN = PLAN.with_source("gyro", "nonlinear")
@@ -118,7 +118,7 @@ def children() -> list[str]:
                 command = (entry / "cmdline").read_bytes()
             except OSError:
                 continue
-            if parent == str(os.getpid()) and b"gyro_cosim.slaves.serving" in command:
+            if parent == str(os.getpid()) and b"gyro_cosim.slaves.processes.serving" in command:
                 found.append(entry.name)
     return found
 

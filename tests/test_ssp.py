@@ -11,7 +11,7 @@ import small_fmus
 
 from gyro_cosim import Connection, Jacobi, Part, System, WiringError, simulate, system
 from gyro_cosim.master import open_network
-from gyro_cosim.packing import pack
+from gyro_cosim.ssp.packing import pack
 
 HEAD = (
     '<ssd:SystemStructureDescription version="1.0" name="test" '

@@ -21,7 +21,7 @@ from gyro_cosim.master import Options, macro_steps, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recording
-from gyro_cosim.packing import pack
+from gyro_cosim.ssp.packing import pack
 from gyro_cosim.sweep import Sweep
 
 PAIR = system("wheel-pair")

@@ -16,7 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from gyro_cosim import System, system
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.studies import AtRest, Release, measured_root, optimum
+from gyro_cosim.stability import AtRest, Release, measured_root, optimum
 
 ROOT = Path(__file__).parent.parent
 RPM = np.pi / 30

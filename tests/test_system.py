@@ -7,7 +7,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssd, system
+from gyro_cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssp, system
 from gyro_cosim.master import open_network
 
 GAIN = f"{oscillators.HERE}:crossed"
@@ -73,9 +73,9 @@ def test_every_built_in_system_states_units_that_its_components_have(name: str) 
 
     root = etree.parse(str(catalogue.systems()[name])).getroot()
     plan = system(name)
-    for element, part in zip(root.iterfind(".//ssd:Component", ssd.NAMESPACES), plan.parts, strict=True):
+    for element, part in zip(root.iterfind(".//ssd:Component", ssp.NAMESPACES), plan.parts, strict=True):
         rows = {v.name: v for v in catalogue.component(part.source).variables}
-        for connector in element.iterfind(".//ssd:Connector", ssd.NAMESPACES):
+        for connector in element.iterfind(".//ssd:Connector", ssp.NAMESPACES):
             (real,) = connector
             assert rows[connector.get("name")].causality == connector.get("kind")
             assert rows[connector.get("name")].unit == real.get("unit")
@@ -105,7 +105,7 @@ def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
         ("<a", "must be well-formed XML"),
         ("<a/>", "must hold an SSP 1.0 SystemStructureDescription"),
         ("<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]><x>&e;</x>", "must have no document type"),
-        (f"<s:SystemStructureDescription xmlns:s='{ssd.NAMESPACES['ssd']}'/>", "must hold a System"),
+        (f"<s:SystemStructureDescription xmlns:s='{ssp.NAMESPACES['ssd']}'/>", "must hold a System"),
     ],
 )
 def test_system_files_that_cannot_be_used_are_refused(tmp_path: Path, text: str, words: str) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from gyro_cosim import catalogue, system
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.studies import roots
+from gyro_cosim.stability import roots
 
 RPM = 2 * np.pi / 60
 PAIR = system("wheel-pair")

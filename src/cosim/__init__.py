@@ -9,7 +9,7 @@ print(run.trajectory["vehicle.yaw_angle"][-1], run.energy_residual)
 from gyro_cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
 from gyro_cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
 from gyro_cosim.master import Run, simulate
-from gyro_cosim.ssd import system
+from gyro_cosim.ssp import system
 from gyro_cosim.system import Connection, Part, PowerBond, System
 from gyro_cosim.trajectory import Trajectory
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gyro_cosim.check.archive import Found
-from gyro_cosim.slaves import child
+from gyro_cosim.slaves.processes import child
 from gyro_cosim.slaves.scratch import ScratchFolder
 
 PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")

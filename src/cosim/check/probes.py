@@ -8,7 +8,7 @@ from pathlib import Path
 from gyro_cosim.check import behaviour, numerics
 from gyro_cosim.check.examined import Bench
 from gyro_cosim.check.instance import Refused
-from gyro_cosim.slaves import child
+from gyro_cosim.slaves.processes import child
 
 PROBES = {
     probe.__name__: probe

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from gyro_cosim.component.units import quantity
-from gyro_cosim.ssd import system as named_system
+from gyro_cosim.ssp import system as named_system
 from gyro_cosim.system import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]

@@ -12,7 +12,7 @@ from gyro_cosim.master import open_network
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.fmi.description import Description, Row, load
 from gyro_cosim.slaves.fmi.signals import interface
-from gyro_cosim.ssd import system as named_system
+from gyro_cosim.ssp import system as named_system
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",

@@ -2,14 +2,14 @@
 
 from rich.table import Table
 
-from gyro_cosim import catalogue, ssd
+from gyro_cosim import catalogue, ssp
 from gyro_cosim.cli.common import AsJson, say
 from gyro_cosim.coupling import ALGORITHMS, algorithm
 
 
 def command(as_json: AsJson = False) -> int:
     """List the built-in systems, components with their variants, and coupling algorithms."""
-    systems = {name: ssd.read(file).description for name, file in catalogue.systems().items()}
+    systems = {name: ssp.read(file).description for name, file in catalogue.systems().items()}
     components = {name: list(variants) for name, variants in catalogue.components().items()}
     algorithms = {name: [algorithm(name, degree).order for degree in range(3)] for name in ALGORITHMS}
     tables: list[str | Table] = []

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from gyro_cosim.cli.common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
-from gyro_cosim.packing import pack
+from gyro_cosim.ssp.packing import pack
 
 
 def command(

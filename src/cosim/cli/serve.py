@@ -19,7 +19,7 @@ def command(
     There is no encryption and no password: listen beyond this machine in a network you trust only.
     """
     from gyro_cosim.slaves import open_slave
-    from gyro_cosim.slaves.serving import listen
+    from gyro_cosim.slaves.processes.serving import listen
 
     if not 0 <= port < 65536:
         raise ValueError(f"--port must be 0 to 65535, got {port}")

@@ -15,7 +15,7 @@ from gyro_cosim.coupling import Jacobi
 from gyro_cosim.master import Options, simulate
 from gyro_cosim.master.recording import Recording
 from gyro_cosim.railway.assessment import Assessment, assess
-from gyro_cosim.ssd import system as named_system
+from gyro_cosim.ssp import system as named_system
 from gyro_cosim.system import System
 from gyro_cosim.trajectory import Trajectory
 

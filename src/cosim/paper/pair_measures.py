@@ -11,7 +11,7 @@ import numpy as np
 from gyro_cosim.coupling import Jacobi
 from gyro_cosim.master import simulate
 from gyro_cosim.paper.measures import Margins, decades
-from gyro_cosim.studies import roots, travel
+from gyro_cosim.stability import roots, travel
 from gyro_cosim.system import System
 from gyro_cosim.trajectory import Trajectory
 

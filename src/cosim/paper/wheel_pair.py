@@ -25,9 +25,9 @@ from gyro_cosim.paper.pair_measures import (
     late_to_early,
     settling_time,
 )
-from gyro_cosim.ssd import system as named_system
+from gyro_cosim.ssp import system as named_system
+from gyro_cosim.stability import best, decay_rates
 from gyro_cosim.stability.figures import damping_map, root_locus
-from gyro_cosim.studies import best, decay_rates
 from gyro_cosim.system import System
 
 SIGNALS = {

@@ -19,7 +19,7 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
     shelf : the FMUs that are open already, so that slaves of the same file share one copy.
     """
     if source.startswith(("process:", "tcp://")):
-        from gyro_cosim.slaves.remote import RemoteSlave
+        from gyro_cosim.slaves.processes.remote import RemoteSlave
 
         return RemoteSlave(name, source)
     if in_process and not source.endswith(".fmu"):
@@ -31,7 +31,7 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
     shelf = shelf or Shelf()
     location = shelf.location(source)
     if isolate:
-        from gyro_cosim.slaves.isolated import IsolatedSlave
+        from gyro_cosim.slaves.processes.isolated import IsolatedSlave
 
         return IsolatedSlave(name, location)
     return open_fmu(name, location, shelf)

@@ -1,4 +1,4 @@
-"""The other end: offers a slave to a master over a stream, until that one leaves. See gyro_cosim.slaves.wire for the frames."""
+"""The other end: offers a slave to a master over a stream, until that one leaves. See protocol.py for the frames."""
 
 import json
 import socket
@@ -8,9 +8,10 @@ from dataclasses import fields
 from typing import Any
 
 from gyro_cosim.errors import EndRequest, RunError
-from gyro_cosim.slaves import child, open_slave
+from gyro_cosim.slaves import open_slave
 from gyro_cosim.slaves.base import Signal, Slave
-from gyro_cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
+from gyro_cosim.slaves.processes import child
+from gyro_cosim.slaves.processes.protocol import Kind, Link, NonsenseError, array, document, numbers
 
 CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
 
@@ -102,7 +103,7 @@ def listen(slave: Slave, address: tuple[str, int], *, once: bool = False, ready:
 
 
 def main(source: str, descriptor: int) -> None:
-    """The child of gyro_cosim.slaves.remote: serves on an inherited socket."""
+    """The child of gyro_cosim.slaves.processes.remote: serves on an inherited socket."""
     link = Link(socket.socket(fileno=descriptor))
     try:
         slave = open_slave("unit", source, in_process=True)

@@ -8,7 +8,7 @@ from lxml import etree
 from gyro_cosim import archive
 from gyro_cosim.catalogue import spec_of_fmu
 from gyro_cosim.errors import WiringError
-from gyro_cosim.ssd.documents import NAMESPACES, Document, load, type_of
+from gyro_cosim.ssp.documents import NAMESPACES, Document, load, type_of
 from gyro_cosim.system import Port
 
 KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join

@@ -1,7 +1,7 @@
 """A unit in another process or on another machine, behind the same interface as every slave.
 
     process:gyro_unit:nonlinear         a component or FMU in a child process, which ends with this one
-    tcp://HOST:PORT                     whatever speaks gyro_cosim.slaves.wire there: `cosim serve`, a rig, a device
+    tcp://HOST:PORT                     whatever speaks gyro_cosim.slaves.processes.protocol there: `cosim serve`, a rig, a device
 
 Options follow a question mark, joined by &: "tcp://rig:5000?timeout=0.5ms&late=hold&patience=20".
 
@@ -28,9 +28,9 @@ import numpy as np
 from gyro_cosim.catalogue import unknown
 from gyro_cosim.component.units import quantity
 from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves import child
 from gyro_cosim.slaves.base import Signal, Slave, StateSpace, Value
-from gyro_cosim.slaves.wire import Kind, Link, NonsenseError, array, document, numbers
+from gyro_cosim.slaves.processes import child
+from gyro_cosim.slaves.processes.protocol import Kind, Link, NonsenseError, array, document, numbers
 
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take
@@ -107,7 +107,7 @@ class RemoteSlave(Slave):
     def _started(self, source: str) -> Link:
         here, there = socket.socketpair()
         with there:
-            self._child = child.start("gyro_cosim.slaves.serving", (source,), descriptor=there.fileno())
+            self._child = child.start("gyro_cosim.slaves.processes.serving", (source,), descriptor=there.fileno())
         return Link(here)
 
     def _introduce(self, told: Mapping[str, Any]) -> None:

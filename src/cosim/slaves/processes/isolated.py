@@ -1,6 +1,6 @@
 """A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
 
-The child runs `python -m gyro_cosim.slaves.isolated`; requests and answers are pickled over a socket pair. What the FMU prints
+The child runs `python -m` this module; requests and answers are pickled over a socket pair. What the FMU prints
 and logs goes to an unnamed file, from which its last words are read. Linux and macOS.
 """
 
@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves import child
 from gyro_cosim.slaves.base import Slave, Value
+from gyro_cosim.slaves.processes import child
 from gyro_cosim.slaves.scratch import ScratchFolder
 
 PATIENCE = 60.0  # s that one call may take

@@ -21,7 +21,7 @@ from gyro_cosim.quantities import meaning
 from gyro_cosim.slaves.base import Signal, Value
 from gyro_cosim.slaves.fmi.description import read
 from gyro_cosim.slaves.fmi.signals import Interface, interface
-from gyro_cosim.ssd.documents import ANNOTATION, NAMESPACES
+from gyro_cosim.ssp.documents import ANNOTATION, NAMESPACES
 from gyro_cosim.system import Connection, Part, System
 
 _TYPES = {

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyro_cosim.catalogue import unknown
-from gyro_cosim.studies.rest import AtRest
+from gyro_cosim.stability.at_rest import AtRest
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,8 @@ What SSP cannot say, the usual macro step and which signals form power bonds, st
 from pathlib import Path
 
 from gyro_cosim.catalogue import systems, unknown
-from gyro_cosim.ssd.documents import NAMESPACES
-from gyro_cosim.ssd.structure import read
+from gyro_cosim.ssp.documents import NAMESPACES
+from gyro_cosim.ssp.reading import read
 from gyro_cosim.system import System
 
 __all__ = ["NAMESPACES", "read", "system"]
