@@ -23,8 +23,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from gyro_cosim import catalogue, system
+from gyro_cosim import system
 from gyro_cosim.accuracy.monolith import Monolith
+from gyro_cosim.systems import catalogue
 
 HERE = Path(__file__).parent
 PEERS = HERE.parent / ".venv" / "peers"

@@ -9,9 +9,10 @@ import time
 from rich.console import Console
 from rich.table import Table
 
-from gyro_cosim import Connection, GaussSeidel, Jacobi, Part, System, catalogue
+from gyro_cosim import Connection, GaussSeidel, Jacobi, Part, System
 from gyro_cosim.master import open_network, run
 from gyro_cosim.master.stepping import Options
+from gyro_cosim.systems import catalogue
 
 STEP = 1e-3
 FMU_STEPS = 2_000_000  # FMUs times macro steps of each run

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gyro_cosim import catalogue, figures, system
+from gyro_cosim import figures, system
 from gyro_cosim.railway import comfort
-from gyro_cosim.sweep import Measure, Sweep, load, sweep
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.systems import catalogue
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.car_body import masses
 from gyro_cosim.vehicle.parameter_sets import parameter_set

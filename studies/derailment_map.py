@@ -17,8 +17,8 @@ from matplotlib.patches import Patch
 from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
 from gyro_cosim.railway.safety import LIMIT
-from gyro_cosim.sweep import Measure, Sweep, load, sweep
-from gyro_cosim.system import StopWhen
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 

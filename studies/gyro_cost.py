@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gyro_cosim import catalogue, figures, system
+from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
-from gyro_cosim.sweep import Measure, Sweep, load, sweep
-from gyro_cosim.system import StopWhen
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.systems import StopWhen, catalogue
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 

@@ -2,7 +2,7 @@
 
 Two criteria: no start ends in a derailment; and none exceeds Y/Q = 0.8 by EN 14363 either. Speeds are scanned in steps of 2 m/s,
 then the first step from safe to unsafe is bisected; safe speeds above it are noted. Vehicle and two gyro units as FMUs, by
-gyro_cosim.sweep. Parameter set A has Table 2's wheels, B wheels almost without spin inertia.
+gyro_cosim.sweeps. Parameter set A has Table 2's wheels, B wheels almost without spin inertia.
 Run: python studies/safe_speed.py [--short]
 """
 
@@ -16,8 +16,8 @@ import numpy as np
 from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
 from gyro_cosim.railway.safety import LIMIT
-from gyro_cosim.sweep import Measure, Sweep, load, sweep
-from gyro_cosim.system import StopWhen
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 

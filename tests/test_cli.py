@@ -9,7 +9,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import catalogue
+from gyro_cosim.systems import catalogue
 from gyro_cosim.trajectory import read_csv
 
 RUN = ("run", "wheel-pair", "--stop", "0.5")

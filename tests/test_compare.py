@@ -9,12 +9,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gyro_cosim import RunError, catalogue, system
+from gyro_cosim import RunError, system
 from gyro_cosim.comparison.candidates import check_period, compare
 from gyro_cosim.comparison.difference import difference, time_shift
 from gyro_cosim.comparison.tolerances import Tolerances, read
 from gyro_cosim.component import Component, build, input_, output
 from gyro_cosim.gyro_unit.nonlinear import nonlinear
+from gyro_cosim.systems import catalogue
 
 HERE = str(Path(__file__))
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")

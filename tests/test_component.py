@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyro_cosim import catalogue
 from gyro_cosim.component import Component, build, input_, output, parameter, state
 from gyro_cosim.component.units import BASE, compatible, convert, power_pair, quantity, unit
+from gyro_cosim.systems import catalogue
 
 COMPONENTS = [f"{package}:{variant}" for package, variants in catalogue.components().items() for variant in variants]
 WHEEL_PAIR = resolve_name("gyro_cosim.vehicle.wheel_pair:wheel_pair")()

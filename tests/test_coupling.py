@@ -14,7 +14,7 @@ from gyro_cosim.component import Component, build, input_, output, state
 from gyro_cosim.coupling import Algorithm, History, Iterated
 from gyro_cosim.master import open_network, run
 from gyro_cosim.network import projected
-from gyro_cosim.system import StopWhen
+from gyro_cosim.systems import StopWhen
 
 ALGORITHMS = [
     *(method(degree) for method in (Jacobi, GaussSeidel) for degree in range(3)),

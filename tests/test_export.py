@@ -11,7 +11,8 @@ from fmpy.validation import validate_fmu
 from fmu_models import COMPONENTS, in_process, random_steps
 from fmu_opening import opened
 
-from gyro_cosim import catalogue, fmus
+from gyro_cosim import fmus
+from gyro_cosim.systems import catalogue
 
 
 @pytest.mark.parametrize("version", ["2", "3"])

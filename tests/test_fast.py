@@ -7,11 +7,11 @@ import oscillators
 import pytest
 import small_fmus
 
-from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, catalogue, fmus, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fmus, simulate, system
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.kernel import driver
 from gyro_cosim.master import open_network
-from gyro_cosim.system import Connection, Part
+from gyro_cosim.systems import Connection, Part, catalogue
 
 ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 import small_fmus
 
-from gyro_cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, catalogue, simulate
+from gyro_cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, simulate
 from gyro_cosim.slaves import Slave, open_slave
+from gyro_cosim.systems import catalogue
 
 
 def both_versions(folder: Path) -> list[Slave]:

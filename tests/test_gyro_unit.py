@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from frames import AXES, YAW_INERTIA, driven, framed, sine
 
-from gyro_cosim import Jacobi, catalogue, simulate
+from gyro_cosim import Jacobi, simulate
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.gyro_unit import VARIANTS
 from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR
+from gyro_cosim.systems import catalogue
 
 SPECS = [f"gyro_unit:{variant}" for variant in VARIANTS]
 PLAIN = [spec for spec in SPECS if ":hil" not in spec]  # what a rig returns need not be passive: see test_hil.py

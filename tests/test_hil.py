@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from frames import AXES, Rate, driven, ramp, sine
 
-from gyro_cosim import Jacobi, catalogue, simulate, system
+from gyro_cosim import Jacobi, simulate, system
 from gyro_cosim.component import build, input_
 from gyro_cosim.gyro_unit import hil as rig
 from gyro_cosim.gyro_unit.multibody import multibody
@@ -17,6 +17,7 @@ from gyro_cosim.gyro_unit.nonlinear import nonlinear
 from gyro_cosim.gyro_unit.rig_parameters import OFF
 from gyro_cosim.gyro_unit.twin import twin
 from gyro_cosim.slaves import open_slave
+from gyro_cosim.systems import catalogue
 
 HERE = str(Path(__file__))
 TICK = rig.TICK

@@ -155,7 +155,7 @@ def test_results_come_back_from_files(tmp_path: Path, name: str) -> None:
 
 def test_a_run_of_built_fmus_loads_no_model_and_no_figure_library() -> None:
     """Start-up is part of every command: what a short run of built FMUs does not need must not be imported."""
-    from gyro_cosim import catalogue
+    from gyro_cosim.systems import catalogue
 
     for spec in ("vehicle:wheel_pair", "gyro_unit:linear"):
         catalogue.fmu(spec)

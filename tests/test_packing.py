@@ -12,9 +12,9 @@ import pytest
 import small_fmus
 from lxml import etree
 
-from gyro_cosim import Connection, Jacobi, Part, System, catalogue, simulate, system
+from gyro_cosim import Connection, Jacobi, Part, System, simulate, system
 from gyro_cosim.ssp.packing import pack
-from gyro_cosim.system import Hop
+from gyro_cosim.systems import Hop, catalogue
 
 
 def schema(name: str) -> etree.XMLSchema:

@@ -23,8 +23,8 @@ from gyro_cosim.paper.sensitivity.open_parameters import Open, coordinates, draw
 from gyro_cosim.paper.sensitivity.page import document, page
 from gyro_cosim.paper.sensitivity.statistics import influences, wilson
 from gyro_cosim.paper.sensitivity.study import studied
-from gyro_cosim.sweep.store import journal_of, load
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.store import journal_of, load
+from gyro_cosim.sweeps.table import Table
 from gyro_cosim.trajectory import Trajectory
 
 SHORT = cases.Extent(straight=1.0, behind_slow=5.0, behind_fast=5.0, starts=("0mm",))

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from gyro_cosim import catalogue
+from gyro_cosim.systems import catalogue
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, flags=re.DOTALL)

@@ -17,7 +17,7 @@ from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recording
-from gyro_cosim.system import Part, StopWhen, System
+from gyro_cosim.systems import Part, StopWhen, System
 from gyro_cosim.trajectory import read_csv
 
 PAIR = system("wheel-pair")

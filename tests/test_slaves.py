@@ -7,9 +7,10 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Jacobi, Part, SlaveError, System, catalogue, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
 from gyro_cosim.component import Component, build, state
 from gyro_cosim.slaves import open_slave
+from gyro_cosim.systems import catalogue
 
 SPECS = [f"{package}:{variant}" for package, variants in catalogue.components().items() for variant in variants]
 SMALL = [spec for spec in SPECS if "lrt" not in spec and "wheelset" not in spec]

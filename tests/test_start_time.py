@@ -22,7 +22,7 @@ from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recording
 from gyro_cosim.ssp.packing import pack
-from gyro_cosim.sweep import Sweep
+from gyro_cosim.sweeps import Sweep
 
 PAIR = system("wheel-pair")
 LATE, STEP = 64.0, 2.0**-9  # times and their differences are then exact, and so must be every bit of the results

@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gyro_cosim import GaussSeidel, Jacobi, Part, System, simulate, system
-from gyro_cosim.sweep import Listed, Measure, Ranged, Sweep, load, parse, sweep
-from gyro_cosim.sweep.axes import latin_hypercube, points
-from gyro_cosim.sweep.store import journal_of
-from gyro_cosim.system import StopWhen
+from gyro_cosim.sweeps import Listed, Measure, Ranged, Sweep, load, parse, sweep
+from gyro_cosim.sweeps.axes import latin_hypercube, points
+from gyro_cosim.sweeps.store import journal_of
+from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 
 SPIN = {"gyro.rotor_speed": "0rpm:300rpm:6"}
@@ -186,7 +186,7 @@ def test_a_full_disk_is_one_line_and_costs_no_row(
         "--output",
         str(file),
     )
-    monkeypatch.setattr("gyro_cosim.sweep.store.os.write", on_a_small_disk)
+    monkeypatch.setattr("gyro_cosim.sweeps.store.os.write", on_a_small_disk)
     code, out, err = cosim(*options)
     assert (code, out) == (1, "")
     assert err == f"cosim: {journal_of(file)}: No space left on device\n"
@@ -304,7 +304,7 @@ def test_wrong_cases_and_measures_are_refused() -> None:
 def test_wrong_use_is_one_line_and_leaves_nothing(
     cosim: Callable[..., Any], arguments: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gyro_cosim.sweep.cluster.ANSWERS_WITHIN", 0.5)
+    monkeypatch.setattr("gyro_cosim.sweeps.cluster.ANSWERS_WITHIN", 0.5)
     code, out, err = cosim(*SWEEP, *arguments)
     assert code == 2, err
     assert out == ""

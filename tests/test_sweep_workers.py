@@ -17,8 +17,8 @@ import pytest
 import small_fmus
 
 from gyro_cosim import Part, System, system
-from gyro_cosim.sweep import Sweep, load, sweep
-from gyro_cosim.sweep.store import journal_of
+from gyro_cosim.sweeps import Sweep, load, sweep
+from gyro_cosim.sweeps.store import journal_of
 
 MANY = {"gyro.rotor_speed": "0rpm:300rpm:150"}
 

@@ -7,8 +7,9 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import Connection, Part, PowerBond, System, WiringError, catalogue, simulate, ssp, system
+from gyro_cosim import Connection, Part, PowerBond, System, WiringError, simulate, ssp, system
 from gyro_cosim.master import open_network
+from gyro_cosim.systems import catalogue
 
 GAIN = f"{oscillators.HERE}:crossed"
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from gyro_cosim import catalogue, system
+from gyro_cosim import system
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.stability import roots
+from gyro_cosim.systems import catalogue
 
 RPM = 2 * np.pi / 60
 PAIR = system("wheel-pair")

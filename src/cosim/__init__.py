@@ -10,7 +10,7 @@ from gyro_cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
 from gyro_cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
 from gyro_cosim.master import Run, simulate
 from gyro_cosim.ssp import system
-from gyro_cosim.system import Connection, Part, PowerBond, System
+from gyro_cosim.systems import Connection, Part, PowerBond, System
 from gyro_cosim.trajectory import Trajectory
 
 __all__ = [

@@ -3,6 +3,8 @@
 Every message is one line that names the thing, the rule and the value.
 """
 
+import difflib
+from collections.abc import Iterable
 from typing import Any
 
 
@@ -35,3 +37,11 @@ class WiringError(ValueError):
 
 class ConvergenceError(RunError):
     """An iteration that does not converge: a macro step of an iterated algorithm, or an algebraic loop."""
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> ValueError:
+    """The error for a name that is not there, with the nearest one that is."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, 1)
+    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names) or 'none'}"
+    return ValueError(f"unknown {what} {name!r}; {hint}")

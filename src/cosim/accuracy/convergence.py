@@ -10,7 +10,7 @@ from gyro_cosim.coupling import Algorithm
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import macro_steps, open_network, run
 from gyro_cosim.network import Network
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 
 # The fit leaves out errors outside this range: above it the error is no longer proportional to a power of the step,
 # below it rounding shows.

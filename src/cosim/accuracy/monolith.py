@@ -13,11 +13,10 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from gyro_cosim import catalogue
 from gyro_cosim.component.calling import bound
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.in_process import ComponentSlave
-from gyro_cosim.system import System
+from gyro_cosim.systems import System, catalogue
 from gyro_cosim.trajectory import Trajectory
 
 

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from gyro_cosim.component.units import quantity
 from gyro_cosim.ssp import system as named_system
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
 Gyro = Annotated[

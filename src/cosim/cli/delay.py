@@ -11,7 +11,7 @@ from gyro_cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress,
 from gyro_cosim.coupling import ALGORITHMS, algorithm
 from gyro_cosim.hil.compensation import COMPENSATORS
 from gyro_cosim.hil.delay_margin import Margin, Remedy, Setting
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
 
@@ -118,8 +118,8 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     """The parameter, the values that LOW:HIGH:N or A,B,... mean in its unit, and that unit."""
     import numpy as np
 
-    from gyro_cosim.sweep.axes import Listed, parse
-    from gyro_cosim.sweep.inquiry import Inquiry
+    from gyro_cosim.sweeps.axes import Listed, parse
+    from gyro_cosim.sweeps.inquiry import Inquiry
 
     name, equals, words = text.partition("=")
     if not equals:

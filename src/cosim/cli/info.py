@@ -6,13 +6,13 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from gyro_cosim import archive
 from gyro_cosim.cli.common import AsJson, say
 from gyro_cosim.master import open_network
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.fmi.description import Description, Row, load
 from gyro_cosim.slaves.fmi.signals import interface
 from gyro_cosim.ssp import system as named_system
+from gyro_cosim.systems import archive
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",

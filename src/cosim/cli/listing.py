@@ -2,9 +2,10 @@
 
 from rich.table import Table
 
-from gyro_cosim import catalogue, ssp
+from gyro_cosim import ssp
 from gyro_cosim.cli.common import AsJson, say
 from gyro_cosim.coupling import ALGORITHMS, algorithm
+from gyro_cosim.systems import catalogue
 
 
 def command(as_json: AsJson = False) -> int:

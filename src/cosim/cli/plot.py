@@ -26,7 +26,7 @@ def command(
 ) -> int:
     """Draw signals of a run over time, or a measure of a sweep over its axes."""
     from gyro_cosim import figures
-    from gyro_cosim.sweep.store import journal_of
+    from gyro_cosim.sweeps.store import journal_of
 
     image = output or file.with_suffix(".png")
     writable(image, figures.check_format)
@@ -39,15 +39,15 @@ def command(
 
 
 def _holds_a_sweep(file: Path) -> bool:
-    from gyro_cosim.sweep.store import journal_of
-    from gyro_cosim.sweep.table import is_sweep
+    from gyro_cosim.sweeps.store import journal_of
+    from gyro_cosim.sweeps.table import is_sweep
 
     return journal_of(file).is_file() or is_sweep(file)
 
 
 def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
-    from gyro_cosim.sweep.maps import draw, selected
-    from gyro_cosim.sweep.store import load
+    from gyro_cosim.sweeps.maps import draw, selected
+    from gyro_cosim.sweeps.store import load
 
     table = load(file)
     for text in where:

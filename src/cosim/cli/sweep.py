@@ -46,7 +46,7 @@ def command(
     of a run that failed. A sweep that was stopped goes on where it was when it is started again with the same FILE.
     `cosim plot FILE X Y MEASURE` draws a map.
     """
-    from gyro_cosim.sweep import Sweep, sweep
+    from gyro_cosim.sweeps import Sweep, sweep
 
     plan = chosen_system(system, None, None)
     parameters, variants = _settings([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())])

@@ -20,7 +20,7 @@ from gyro_cosim.master import Run, open_network, run
 from gyro_cosim.network import Network
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.ssp import system as named_system
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 REST = 1e-9

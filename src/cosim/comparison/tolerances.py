@@ -18,8 +18,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim.catalogue import unknown
 from gyro_cosim.component.units import quantity
+from gyro_cosim.errors import unknown
 
 UNITS = {"rms": "1", "peak": "1", "shift": "s"}
 

@@ -23,7 +23,7 @@ from gyro_cosim.hil.sampled_model import Model, linearise
 from gyro_cosim.master import Run, macro_steps, open_network, run
 from gyro_cosim.network import Network
 from gyro_cosim.slaves import Slave, open_slave
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 Progress = Callable[[float, float], None]

@@ -16,11 +16,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gyro_cosim import catalogue
 from gyro_cosim.hil.compensation import Taps
 from gyro_cosim.network import Network
 from gyro_cosim.slaves.in_process import ComponentSlave
-from gyro_cosim.system import System
+from gyro_cosim.systems import System, catalogue
 
 
 @dataclass(frozen=True, eq=False)

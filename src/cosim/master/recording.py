@@ -8,7 +8,7 @@ from typing import IO
 
 import numpy as np
 
-from gyro_cosim.catalogue import unknown
+from gyro_cosim.errors import unknown
 from gyro_cosim.network import Network
 from gyro_cosim.trajectory import Trajectory
 

@@ -14,7 +14,7 @@ from gyro_cosim.master.stepping import March, Options, Progress
 from gyro_cosim.network import Network
 from gyro_cosim.slaves import Slave, open_slave
 from gyro_cosim.slaves.fmi.unpacked import Shelf
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]

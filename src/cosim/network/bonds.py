@@ -3,10 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from gyro_cosim.catalogue import unknown
 from gyro_cosim.component.units import power_pair, unit
-from gyro_cosim.errors import WiringError
-from gyro_cosim.system import Connection, PowerBond, System
+from gyro_cosim.errors import WiringError, unknown
+from gyro_cosim.systems import Connection, PowerBond, System
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from gyro_cosim.coupling import Jacobi
 from gyro_cosim.master import simulate
 from gyro_cosim.paper.measures import Margins, decades
 from gyro_cosim.stability import roots, travel
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 RPM = 2 * np.pi / 60  # rad/s

@@ -28,7 +28,7 @@ from gyro_cosim.paper.pair_measures import (
 from gyro_cosim.ssp import system as named_system
 from gyro_cosim.stability import best, decay_rates
 from gyro_cosim.stability.figures import damping_map, root_locus
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 
 SIGNALS = {
     Y: ("lateral displacement $y_w$", "m", 1.0),

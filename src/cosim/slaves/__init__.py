@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from gyro_cosim import catalogue
 from gyro_cosim.slaves.base import RawFmu, Signal, Slave
+from gyro_cosim.systems import catalogue
 
 if TYPE_CHECKING:
     from gyro_cosim.slaves.fmi.unpacked import Shelf

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.catalogue import unknown
+from gyro_cosim.errors import unknown
 from gyro_cosim.slaves.signal import Given, Signal, Value
 
 __all__ = ["RawFmu", "Signal", "Slave", "Value"]

@@ -7,10 +7,9 @@ from urllib.parse import unquote, urlsplit
 
 from lxml import etree
 
-from gyro_cosim import archive
 from gyro_cosim.component.units import Unit
-from gyro_cosim.quantities import Quantity, defined, meaning
-from gyro_cosim.system import Hop
+from gyro_cosim.systems import Hop, archive
+from gyro_cosim.systems.quantities import Quantity, defined, meaning
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

@@ -14,15 +14,15 @@ from typing import Any
 
 from lxml import etree
 
-from gyro_cosim import archive, catalogue
 from gyro_cosim.component.units import BASE, Unit
+from gyro_cosim.errors import unknown
 from gyro_cosim.network.wiring import transfer
-from gyro_cosim.quantities import meaning
 from gyro_cosim.slaves.base import Signal, Value
 from gyro_cosim.slaves.fmi.description import read
 from gyro_cosim.slaves.fmi.signals import Interface, interface
 from gyro_cosim.ssp.documents import ANNOTATION, NAMESPACES
-from gyro_cosim.system import Connection, Part, System
+from gyro_cosim.systems import Connection, Part, System, archive, catalogue
+from gyro_cosim.systems.quantities import meaning
 
 _TYPES = {
     "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",
@@ -193,7 +193,7 @@ def _parameter_set(name: str, part: Part, face: Interface, units: Mapping[str, U
     parent = _add(root, "ssv", "Parameters")
     for variable in part.values:
         if variable not in face.settable:
-            raise catalogue.unknown(f"parameter of {part.name!r}:", variable, face.settable)
+            raise unknown(f"parameter of {part.name!r}:", variable, face.settable)
     mentioned = set()
     for variable, given in {**part.bound, **part.values}.items():
         if variable not in face.settable:

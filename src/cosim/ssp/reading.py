@@ -11,7 +11,7 @@ from gyro_cosim.errors import WiringError
 from gyro_cosim.ssp.documents import ANNOTATION, NAMESPACES, Document, hop_of
 from gyro_cosim.ssp.parameters import bound_values
 from gyro_cosim.ssp.tree import Node, components, tree
-from gyro_cosim.system import Connection, Hop, Part, PowerBond, StopWhen, System
+from gyro_cosim.systems import Connection, Hop, Part, PowerBond, StopWhen, System
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from gyro_cosim import archive
-from gyro_cosim.catalogue import spec_of_fmu
 from gyro_cosim.errors import WiringError
 from gyro_cosim.ssp.documents import NAMESPACES, Document, load, type_of
-from gyro_cosim.system import Port
+from gyro_cosim.systems import Port, archive
+from gyro_cosim.systems.catalogue import spec_of_fmu
 
 KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join
 OTHERS = ("inout", "unspecified", "structuralParameter", "constant", "local")

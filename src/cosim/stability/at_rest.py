@@ -16,8 +16,8 @@ import casadi as ca
 import numpy as np
 
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.catalogue import unknown
-from gyro_cosim.system import System
+from gyro_cosim.errors import unknown
+from gyro_cosim.systems import System
 
 SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.catalogue import unknown
+from gyro_cosim.errors import unknown
 from gyro_cosim.stability.at_rest import AtRest
 
 

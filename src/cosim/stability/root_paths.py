@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gyro_cosim.stability.at_rest import AtRest
-from gyro_cosim.system import System
+from gyro_cosim.systems import System
 
 
 def roots(system: System, parameter: str, values: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """A study over the open parameters: the paper's cases for a Latin hypercube of draws, one row a draw, in one file.
 
-It is stored and run as a sweep is (gyro_cosim.sweep): rows by key, a journal while it goes on, processes on all cores. So a study
+It is stored and run as a sweep is (cosim.sweeps): rows by key, a journal while it goes on, processes on all cores. So a study
 that was stopped goes on where it was, what was under way is run again, and a draw that fails is a row with its error.
 """
 
@@ -14,14 +14,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gyro_cosim import archive, catalogue
 from gyro_cosim.errors import RunError
 from gyro_cosim.paper.sensitivity.open_parameters import Open, draws, middle
-from gyro_cosim.sweep.axes import Point
-from gyro_cosim.sweep.pool import Pool, cores
-from gyro_cosim.sweep.runner import Row
-from gyro_cosim.sweep.store import Store, load
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.axes import Point
+from gyro_cosim.sweeps.pool import Pool, cores
+from gyro_cosim.sweeps.runner import Row
+from gyro_cosim.sweeps.store import Store, load
+from gyro_cosim.sweeps.table import Table
+from gyro_cosim.systems import archive, catalogue
 
 NAMED = ("kind", "draw", "wheels")  # what a row is, before the parameters: see points()
 FATE = ("status", "error", "wall_s")
@@ -111,7 +111,7 @@ def _point(parameters: Sequence[Open], kind: str, number: int, wheels: str, valu
 
 @dataclass(frozen=True)
 class DrawJob:
-    """A gyro_cosim.sweep.pool.Job."""
+    """A gyro_cosim.sweeps.pool.Job."""
 
     study: Study
 

@@ -15,7 +15,7 @@ import numpy as np
 from gyro_cosim.paper.sensitivity.draws import DRAW, MARGIN, MIDDLE, Study
 from gyro_cosim.paper.sensitivity.open_parameters import TIED, coordinates
 from gyro_cosim.paper.sensitivity.statistics import Influence, Share, influences, wilson
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.table import Table
 
 MOST = 3  # parameters that a sentence names
 EITHER = 10  # draws at least in which a claim holds, and does not, for its truth to be correlated with anything

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import catalogue
-from gyro_cosim.system import Part, System
+from gyro_cosim.systems import Part, System, catalogue
 
 TIED = (("gyro.gimbal_stiffness", "gyro.gimbal_damping"),)  # drawn together: the number of springs is that of the dampers
 

@@ -8,7 +8,7 @@ import numpy as np
 from gyro_cosim.paper.sensitivity.draws import DRAW, Study
 from gyro_cosim.paper.sensitivity.findings import Finding, Ranked, findings, margin_of, ranking, shown
 from gyro_cosim.paper.sensitivity.statistics import wilson
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.table import Table
 
 BEST = 5  # draws that the ranking shows
 

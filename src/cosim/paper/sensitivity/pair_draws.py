@@ -16,8 +16,8 @@ from gyro_cosim.paper.pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING
 from gyro_cosim.paper.sensitivity.draws import NAMED, sources_of
 from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
 from gyro_cosim.ssp import system as named_system
-from gyro_cosim.sweep.axes import Point
-from gyro_cosim.system import System
+from gyro_cosim.sweeps.axes import Point
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 WHEELS = "Table 1"  # there is one kind

@@ -23,8 +23,8 @@ from gyro_cosim.paper.cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, S
 from gyro_cosim.paper.measures import Margins, Measures, Y
 from gyro_cosim.paper.sensitivity.draws import NAMED, plain, sources_of
 from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
-from gyro_cosim.sweep.axes import Point
-from gyro_cosim.system import System
+from gyro_cosim.sweeps.axes import Point
+from gyro_cosim.systems import System
 from gyro_cosim.trajectory import Trajectory
 
 SPEEDS = (STRAIGHT, SLOW, FAST)

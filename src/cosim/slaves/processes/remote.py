@@ -25,9 +25,8 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
-from gyro_cosim.catalogue import unknown
 from gyro_cosim.component.units import quantity
-from gyro_cosim.errors import EndRequest, SlaveError
+from gyro_cosim.errors import EndRequest, SlaveError, unknown
 from gyro_cosim.slaves.base import Signal, Slave, StateSpace, Value
 from gyro_cosim.slaves.processes import child
 from gyro_cosim.slaves.processes.protocol import Kind, Link, NonsenseError, array, document, numbers

@@ -1,7 +1,7 @@
 """Sweeps: many runs of one system, over all cores of this machine or a Dask cluster, into one file.
 
 from gyro_cosim import system
-from gyro_cosim.sweep import Sweep, load, sweep
+from gyro_cosim.sweeps import Sweep, load, sweep
 
 if __name__ == "__main__":  # worker processes import this script
     plan = Sweep(system("wheel-pair"), {"gyro.rotor_speed": "10rpm:300rpm:30", "vehicle.speed": "1:50:20:log"}, stop=10.0)
@@ -15,13 +15,13 @@ from pathlib import Path
 from time import perf_counter
 from typing import Literal
 
-from gyro_cosim.sweep.axes import Axis, Listed, Ranged, parse
-from gyro_cosim.sweep.cluster import Cluster
-from gyro_cosim.sweep.measure import Measure
-from gyro_cosim.sweep.plan import Plan, Sweep
-from gyro_cosim.sweep.pool import Pool, cores
-from gyro_cosim.sweep.store import Store, load
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.axes import Axis, Listed, Ranged, parse
+from gyro_cosim.sweeps.cluster import Cluster
+from gyro_cosim.sweeps.measure import Measure
+from gyro_cosim.sweeps.plan import Plan, Sweep
+from gyro_cosim.sweeps.pool import Pool, cores
+from gyro_cosim.sweeps.store import Store, load
+from gyro_cosim.sweeps.table import Table
 
 __all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep"]
 

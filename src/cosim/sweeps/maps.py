@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyro_cosim import figures
-from gyro_cosim.sweep.table import Table
+from gyro_cosim.sweeps.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,12 +4,10 @@ A component is called `PACKAGE:VARIANT` ("gyro_unit:nonlinear"), `PACKAGE` (its 
 defines `component` ("my_gyro.py", "my_gyro.py:other_name"): a Component or a function without arguments that makes one.
 """
 
-import difflib
 import hashlib
 import os
 import platform
 import tempfile
-from collections.abc import Iterable
 from functools import cache
 from importlib import metadata, resources, util
 from pathlib import Path
@@ -17,6 +15,8 @@ from pkgutil import resolve_name
 from typing import Any
 
 import platformdirs
+
+from gyro_cosim.errors import unknown
 
 GROUP = "gyro_cosim"
 
@@ -39,14 +39,6 @@ def systems() -> dict[str, Path]:
 
 def _entries(kind: str) -> metadata.EntryPoints:
     return metadata.entry_points(group=f"{GROUP}.{kind}")
-
-
-def unknown(what: str, name: str, known: Iterable[str]) -> ValueError:
-    """The error for a name that is not there, with the nearest one that is."""
-    names = sorted(known)
-    near = difflib.get_close_matches(name, names, 1)
-    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names) or 'none'}"
-    return ValueError(f"unknown {what} {name!r}; {hint}")
 
 
 def resolve(spec: str) -> str:

@@ -12,13 +12,12 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from gyro_cosim import archive, catalogue
 from gyro_cosim.coupling import Algorithm, algorithm
 from gyro_cosim.master import macro_steps
-from gyro_cosim.sweep.axes import Axis, Listed, Point, Value, parse, points
-from gyro_cosim.sweep.inquiry import MEASURES, Inquiry
-from gyro_cosim.sweep.measure import Measure
-from gyro_cosim.system import System
+from gyro_cosim.sweeps.axes import Axis, Listed, Point, Value, parse, points
+from gyro_cosim.sweeps.inquiry import MEASURES, Inquiry
+from gyro_cosim.sweeps.measure import Measure
+from gyro_cosim.systems import System, archive, catalogue
 
 CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
 CASE = "case"  # the axis of named sets of values
@@ -52,7 +51,7 @@ class Frame:
         return (*(f"{signal}.{measure}" for signal in self.signals for measure in MEASURES), *own)
 
     def system_at(self, point: Point, files: Mapping[str, str]) -> System:
-        """The system of one run, with the FMUs where this machine has them (gyro_cosim.archive writes locations so)."""
+        """The system of one run, with the FMUs where this machine has them (gyro_cosim.systems.archive writes locations so)."""
         system = self.system
         values = self.cases[str(point[CASE])] if self.cases else {}
         for target, value in (*values.items(), *point.items()):
@@ -102,7 +101,7 @@ class Plan:
 class Sweep:
     """What a sweep is asked to do, in the words of the command line.
 
-    values : `component.parameter` -> one value, or an axis as gyro_cosim.sweep.axes describes it.
+    values : `component.parameter` -> one value, or an axis as gyro_cosim.sweeps.axes describes it.
     variants : component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
     algorithms, orders, steps (s) : one or several each. stop : s.
     samples, seed : of the Latin hypercube over the ranges among `values`. signals : shell patterns; empty for all outputs.

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from gyro_cosim.catalogue import components, unknown
 from gyro_cosim.component.units import Unit
-from gyro_cosim.errors import WiringError
+from gyro_cosim.errors import WiringError, unknown
+from gyro_cosim.systems.catalogue import components
 
 
 @dataclass(frozen=True)

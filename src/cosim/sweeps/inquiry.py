@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
-from gyro_cosim.catalogue import unknown
+from gyro_cosim.errors import unknown
 from gyro_cosim.master import open_network
 from gyro_cosim.network import Network
-from gyro_cosim.sweep.axes import Value
-from gyro_cosim.system import System
+from gyro_cosim.sweeps.axes import Value
+from gyro_cosim.systems import System
 
 MEASURES = ("end", "max", "rms")  # of each signal
 

@@ -10,10 +10,10 @@ from gyro_cosim import master
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import Run
 from gyro_cosim.network import Network
-from gyro_cosim.sweep.axes import Point
-from gyro_cosim.sweep.inquiry import MEASURES
-from gyro_cosim.sweep.plan import FIXED, Frame
-from gyro_cosim.system import System
+from gyro_cosim.sweeps.axes import Point
+from gyro_cosim.sweeps.inquiry import MEASURES
+from gyro_cosim.sweeps.plan import FIXED, Frame
+from gyro_cosim.systems import System
 
 BLOCK = 4096  # rows measured at a time
 Row = list[Any]  # in the order of Plan.columns
