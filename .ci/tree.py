@@ -33,10 +33,12 @@ def main() -> None:
         folders = runpy.run_path(str(ROOT / "setup.py"))["FOLDERS"]
     package = TREE / "gyro_cosim"
     if package.exists():
-        for link in package.iterdir():
-            link.rmdir() if sys.platform == "win32" and link.is_dir() else link.unlink()
-        shutil.rmtree(TREE)
-    package.mkdir(parents=True)
+        for entry in package.iterdir():
+            if entry.name == "__pycache__":
+                shutil.rmtree(entry)
+            else:
+                entry.rmdir() if sys.platform == "win32" and entry.is_dir() else entry.unlink()
+    package.mkdir(parents=True, exist_ok=True)
     for name, folder in folders.items():
         _, _, part = name.partition(".")
         if part:

@@ -7,8 +7,8 @@ four imports another: they share only what stands in this package.
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gyro_cosim.component.model import Bond, Component, build
-    from gyro_cosim.component.variables import Variable, input_, output, parameter, state
+    from .model import Bond, Component, build
+    from .variables import Variable, input_, output, parameter, state
 
 __all__ = ["Bond", "Component", "Variable", "build", "input_", "output", "parameter", "state"]
 
@@ -17,6 +17,6 @@ def __getattr__(name: str) -> Any:
     """Load CasADi only for those who make or run a component: reading units, as every command does, must stay quick."""
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from gyro_cosim.component import model, variables
+    from . import model, variables
 
     return getattr(model if hasattr(model, name) else variables, name)

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.component.methods import METHODS as METHODS
+from .methods import METHODS as METHODS
 
 if TYPE_CHECKING:
-    from gyro_cosim.component.model import Component
+    from .model import Component
 
 INPUT_DEGREE = 2  # highest degree of the input polynomial
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.component.integration import step_function
-from gyro_cosim.component.model import Component
+from .integration import step_function
+from .model import Component
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.component.integration import METHODS, step_function
-from gyro_cosim.component.variables import Variable, parameter
+from .integration import METHODS, step_function
+from .variables import Variable, parameter
 
 
 @dataclass(frozen=True)

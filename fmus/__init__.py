@@ -32,6 +32,6 @@ def export(
     A file appears complete or not at all, and the same component gives the same bytes. ValueError for wrong use,
     fmus.compiler.CompilerError (a RuntimeError) if there is no compiler or it fails.
     """
-    from gyro_cosim.fmus.package import write  # late: CasADi takes its time to load
+    from .package import write  # late: CasADi takes its time to load
 
     return write(component, Path(directory), fmi=fmi, platforms=platforms, sources=sources)

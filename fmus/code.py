@@ -9,7 +9,8 @@ from pathlib import Path
 import casadi as ca
 
 from gyro_cosim.component.integration import METHODS, easy_fraction
-from gyro_cosim.fmus.table import Table
+
+from .table import Table
 
 FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
     "model.c": ("step", "rhs", "output", "sample"),

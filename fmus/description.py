@@ -6,7 +6,8 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from gyro_cosim.component.units import BASE, unit
-from gyro_cosim.fmus.table import Kind, Row, Table
+
+from .table import Kind, Row, Table
 
 CATEGORIES = {
     "logEvents": "samples of the sampled part",

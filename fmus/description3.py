@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree as ET
 
-from gyro_cosim.fmus.description import (
+from .description import (
     STOP_TIME,
     bounds,
     causality,
@@ -14,7 +14,7 @@ from gyro_cosim.fmus.description import (
     unit_definitions,
     unknowns,
 )
-from gyro_cosim.fmus.table import Row, Table
+from .table import Row, Table
 
 ICON = "icon"  # base name of the pictures in terminalsAndIcons
 

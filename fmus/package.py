@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gyro_cosim.component import Component
-from gyro_cosim.fmus import code, description, description3, page, picture, reference
-from gyro_cosim.fmus.compiler import Platform, chosen, compile_libraries, universal
-from gyro_cosim.fmus.table import Table
+
+from . import code, description, description3, page, picture, reference
+from .compiler import Platform, chosen, compile_libraries, universal
+from .table import Table
 
 VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
 SOURCES = {"fmu.c": "-O3", "rhs_derivatives.c": "-O1", "output_derivatives.c": "-O1"}  # with the optimization of each

@@ -4,8 +4,9 @@ from html import escape
 
 from gyro_cosim.component import Variable
 from gyro_cosim.component.integration import METHODS
-from gyro_cosim.fmus.reference import STEP
-from gyro_cosim.fmus.table import Table
+
+from .reference import STEP
+from .table import Table
 
 STYLE = """body { font-family: sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; line-height: 1.45; }
 table { border-collapse: collapse; width: 100%; } th, td { border-bottom: 1px solid #ccc; padding: .25em .6em; text-align: left; }

@@ -22,8 +22,9 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output
-from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
-from gyro_cosim.gyro_unit.parameters import FULL, SMALL
+
+from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .parameters import FULL, SMALL
 
 OFF = """\
 I_yg omega_y' = -k eta - c eta',   eta' = omega_y - theta'     (1)

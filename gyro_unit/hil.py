@@ -27,11 +27,12 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output, state
-from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR
-from gyro_cosim.gyro_unit.noise import Stream
-from gyro_cosim.gyro_unit.nonlinear import nonlinear, nonlinear_full
-from gyro_cosim.gyro_unit.rig_parameters import RIG_FULL, RIG_SMALL
-from gyro_cosim.gyro_unit.transport import Transport
+
+from .mount import BONDS, CONNECTOR
+from .noise import Stream
+from .nonlinear import nonlinear, nonlinear_full
+from .rig_parameters import RIG_FULL, RIG_SMALL
+from .transport import Transport
 
 AXES = ("yaw", "roll", "pitch")
 WAYS = ("rate", "moment")

@@ -39,9 +39,10 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output, state
-from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
-from gyro_cosim.gyro_unit.parameters import FULL, SMALL
-from gyro_cosim.gyro_unit.rotor_parameters import ROTOR_FULL, ROTOR_SMALL
+
+from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .parameters import FULL, SMALL
+from .rotor_parameters import ROTOR_FULL, ROTOR_SMALL
 
 EQUATIONS = """\
 C W' = T                                                                                  (1)

@@ -23,8 +23,9 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build
-from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR, ENERGY, GIMBAL
-from gyro_cosim.gyro_unit.parameters import FULL, SMALL
+
+from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .parameters import FULL, SMALL
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H (psi' cos(eta) + phi' sin(eta)),   eta' = omega_y - theta'     (1)

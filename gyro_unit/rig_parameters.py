@@ -6,7 +6,8 @@ unit. Replace them by the data sheets of your own. Signals are in SI: a 16-bit r
 """
 
 from gyro_cosim.component import Variable, parameter
-from gyro_cosim.gyro_unit.noise import MAX_SEED
+
+from .noise import MAX_SEED
 
 _ASSUMED = "assumed, see gyro_unit/rig_parameters.py"
 MAX_BANDWIDTH = 200.0  # Hz; a first-order lag of it is resolved by an internal step of 1 ms

@@ -23,8 +23,9 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, state
-from gyro_cosim.gyro_unit.mount import BONDS, CONNECTOR, ENERGY
-from gyro_cosim.gyro_unit.parameters import FULL, SMALL
+
+from .mount import BONDS, CONNECTOR, ENERGY
+from .parameters import FULL, SMALL
 
 EQUATIONS = """\
 I_yg eta'' = -k eta - c eta' - H psi' cos(eta)     (1)

@@ -16,7 +16,7 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.rotation import column
+from .rotation import column
 
 
 def masses(s: Mapping[str, ca.SX]) -> tuple[Any, Any]:

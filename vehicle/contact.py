@@ -11,8 +11,8 @@ import casadi as ca
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from gyro_cosim.vehicle.creep_laws import Patch, creep_law
-from gyro_cosim.vehicle.kalker import coefficients
+from .creep_laws import Patch, creep_law
+from .kalker import coefficients
 
 
 class HertzPatch(NamedTuple):

@@ -21,7 +21,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.vehicle.kalker import Coefficients
+from .kalker import Coefficients
 
 Forces = tuple[Any, Any, Any]
 NO_FORCE = 1e-3  # N; keeps the quotient of two vanishing forces finite

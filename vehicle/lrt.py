@@ -15,15 +15,16 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Bond, Component, Variable, build
-from gyro_cosim.vehicle import car_body, wheel_frame
-from gyro_cosim.vehicle.alignment import Alignment
-from gyro_cosim.vehicle.creep_laws import creep_law
-from gyro_cosim.vehicle.lrt_parameters import lrt_parameters
-from gyro_cosim.vehicle.lrt_signals import ENDS, WHEELS, lrt_signals
-from gyro_cosim.vehicle.rotation import cross
-from gyro_cosim.vehicle.running_gear import Carried, Design, body_state, end_of, frame_mass, place_rows, rate_rows
-from gyro_cosim.vehicle.track_parameters import track_parameters
-from gyro_cosim.vehicle.trim import trim
+
+from . import car_body, wheel_frame
+from .alignment import Alignment
+from .creep_laws import creep_law
+from .lrt_parameters import lrt_parameters
+from .lrt_signals import ENDS, WHEELS, lrt_signals
+from .rotation import cross
+from .running_gear import Carried, Design, body_state, end_of, frame_mass, place_rows, rate_rows
+from .track_parameters import track_parameters
+from .trim import trim
 
 INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 

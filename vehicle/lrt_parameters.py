@@ -7,8 +7,9 @@
 from math import cos, inf, radians
 
 from gyro_cosim.component import Variable, parameter
-from gyro_cosim.vehicle.contact import hertz_patch
-from gyro_cosim.vehicle.kalker import RATIO, coefficients
+
+from .contact import hertz_patch
+from .kalker import RATIO, coefficients
 
 TABLE = "Table 2"
 OPEN = "not in the paper"

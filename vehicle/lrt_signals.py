@@ -4,7 +4,8 @@ Every state is zero at rest at the set speed on straight level track, so that th
 """
 
 from gyro_cosim.component import Variable, input_, output, state
-from gyro_cosim.vehicle.wheel_report import REPORT
+
+from .wheel_report import REPORT
 
 ENDS = ("front", "rear")
 WHEELS = tuple(f"{end}_{side}" for end in ENDS for side in ("left", "right"))

@@ -4,7 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
 
-from gyro_cosim.vehicle.lrt_parameters import lrt_parameters
+from .lrt_parameters import lrt_parameters
 
 TABLE_2_STIFFNESS, TABLE_2_DAMPING = 86700.0, 21000.0  # N/m, N s/m of one gimbal spring and damper
 

@@ -10,16 +10,16 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle import wheel_frame
-from gyro_cosim.vehicle.alignment import CAPACITY, Alignment, TrackPoint
-from gyro_cosim.vehicle.irregularity import unevenness
-from gyro_cosim.vehicle.lrt_signals import PLACE
-from gyro_cosim.vehicle.rotation import column
-from gyro_cosim.vehicle.suspension import Support, support
-from gyro_cosim.vehicle.trim import Trim
-from gyro_cosim.vehicle.wheel_frame import SIDES, FrameState, Rolling
-from gyro_cosim.vehicle.wheel_rail import SLOWEST
-from gyro_cosim.vehicle.wheel_report import report
+from . import wheel_frame
+from .alignment import CAPACITY, Alignment, TrackPoint
+from .irregularity import unevenness
+from .lrt_signals import PLACE
+from .rotation import column
+from .suspension import Support, support
+from .trim import Trim
+from .wheel_frame import SIDES, FrameState, Rolling
+from .wheel_rail import SLOWEST
+from .wheel_report import report
 
 
 @dataclass(frozen=True)

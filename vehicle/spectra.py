@@ -14,7 +14,7 @@ from math import pi
 
 import numpy as np
 
-from gyro_cosim.vehicle.irregularity import CHANNELS
+from .irregularity import CHANNELS
 
 ROUGH = ("lateral", "vertical", "cross_level")  # channels that have a spectrum
 W_C, W_R, W_S = 0.8246, 0.0206, 0.4380  # rad/m

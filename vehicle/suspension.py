@@ -17,8 +17,8 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.rotation import about_z, column, cross
-from gyro_cosim.vehicle.wheel_frame import FrameState
+from .rotation import about_z, column, cross
+from .wheel_frame import FrameState
 
 
 @dataclass(frozen=True)

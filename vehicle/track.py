@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import asin, hypot, isfinite, radians, sin
 
-from gyro_cosim.vehicle.alignment import CAPACITY
+from .alignment import CAPACITY
 
 LARGEST_PIVOT_ANGLE = 20.0  # deg, of a bogie frame in the curve
 HALF_DISTANCE = 0.7475  # m, half the distance of the contact points, turns cant into an angle

@@ -5,8 +5,9 @@ vehicle.track and vehicle.spectra compute the others from segments, tables and s
 """
 
 from gyro_cosim.component import Variable, parameter
-from gyro_cosim.vehicle.alignment import COLUMNS
-from gyro_cosim.vehicle.irregularity import CHANNELS, PARTS
+
+from .alignment import COLUMNS
+from .irregularity import CHANNELS, PARTS
 
 SOURCE = "track data"
 OPEN = "not in the paper"

@@ -17,8 +17,8 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.creep_laws import LAWS
-from gyro_cosim.vehicle.wheel_rail import hertz_stiffness, tread_press
+from .creep_laws import LAWS
+from .wheel_rail import hertz_stiffness, tread_press
 
 STEPS = 4
 MATRIX_FROM = {"fastsim": "polach"}

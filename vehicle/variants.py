@@ -1,9 +1,10 @@
 """Vehicles on the parts of vehicle.lrt: another creep law, other parameters, conventional wheelsets."""
 
 from gyro_cosim.component import Component
-from gyro_cosim.vehicle.lrt import INTERNAL_STEP, vehicle
-from gyro_cosim.vehicle.parameter_sets import parameter_set
-from gyro_cosim.vehicle.running_gear import Design
+
+from .lrt import INTERNAL_STEP, vehicle
+from .parameter_sets import parameter_set
+from .running_gear import Design
 
 CONVENTIONAL = {
     "conicity": 0.05, "conicity_gradient": 0.0, "flange_clearance": 0.007, "rolling_radius": 0.3, "friction": 0.3,

@@ -20,9 +20,9 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.irregularity import Unevenness
-from gyro_cosim.vehicle.rotation import angle_rates, attitude, column, cross, dot
-from gyro_cosim.vehicle.wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
+from .irregularity import Unevenness
+from .rotation import angle_rates, attitude, column, cross, dot
+from .wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
 
 SIDES = {"left": 1, "right": -1}
 

@@ -17,7 +17,8 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Bond, Component, build, input_, output, state
-from gyro_cosim.vehicle.parameters import WHEEL_PAIR
+
+from .parameters import WHEEL_PAIR
 
 EQUATIONS = """\
 (m_w + m_g) y'' = -(2 k_22 / v) y' + 2 k_22 psi - 2 P gamma_1 y     (1)

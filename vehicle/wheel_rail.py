@@ -30,9 +30,9 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.creep_laws import LAWS, Patch, polach
-from gyro_cosim.vehicle.kalker import Coefficients
-from gyro_cosim.vehicle.rotation import cross, dot
+from .creep_laws import LAWS, Patch, polach
+from .kalker import Coefficients
+from .rotation import cross, dot
 
 BLEND = 20e-6  # m, p_s
 LEAST_DEPTH = 1e-9  # m, keeps the patch of a lifted wheel from vanishing

@@ -5,7 +5,7 @@ from typing import Any
 
 import casadi as ca
 
-from gyro_cosim.vehicle.wheel_rail import Touch, flange_profile
+from .wheel_rail import Touch, flange_profile
 
 REPORT = (
     ("vertical_force", "N", "vertical force of the wheel on the rail", "Q", 1e4),

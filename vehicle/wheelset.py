@@ -14,17 +14,18 @@ from typing import Any
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, input_, output, parameter, state
-from gyro_cosim.vehicle import wheel_frame
-from gyro_cosim.vehicle.alignment import Alignment
-from gyro_cosim.vehicle.irregularity import unevenness
-from gyro_cosim.vehicle.lrt import INTERNAL_STEP, with_starts
-from gyro_cosim.vehicle.lrt_parameters import MASSES, WHEEL, rail_and_contact
-from gyro_cosim.vehicle.rotation import column
-from gyro_cosim.vehicle.track_parameters import track_parameters
-from gyro_cosim.vehicle.trim import trim
-from gyro_cosim.vehicle.variants import CONVENTIONAL
-from gyro_cosim.vehicle.wheel_frame import SIDES, FrameState
-from gyro_cosim.vehicle.wheel_report import REPORT, report
+
+from . import wheel_frame
+from .alignment import Alignment
+from .irregularity import unevenness
+from .lrt import INTERNAL_STEP, with_starts
+from .lrt_parameters import MASSES, WHEEL, rail_and_contact
+from .rotation import column
+from .track_parameters import track_parameters
+from .trim import trim
+from .variants import CONVENTIONAL
+from .wheel_frame import SIDES, FrameState
+from .wheel_report import REPORT, report
 
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M,   2 I_y W' = tau

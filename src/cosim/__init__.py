@@ -6,12 +6,12 @@ run = simulate(system("wheel-pair"), algorithm=Jacobi(1), step=1e-3, stop=60.0)
 print(run.trajectory["vehicle.yaw_angle"][-1], run.energy_residual)
 """
 
-from gyro_cosim.coupling import Algorithm, GaussSeidel, Iterated, Jacobi
-from gyro_cosim.errors import ConvergenceError, RunError, SlaveError, WiringError
-from gyro_cosim.master import Run, simulate
-from gyro_cosim.ssp import system
-from gyro_cosim.systems import Connection, Part, PowerBond, System
-from gyro_cosim.trajectory import Trajectory
+from .coupling import Algorithm, GaussSeidel, Iterated, Jacobi
+from .errors import ConvergenceError, RunError, SlaveError, WiringError
+from .master import Run, simulate
+from .ssp import system
+from .systems import Connection, Part, PowerBond, System
+from .trajectory import Trajectory
 
 __all__ = [
     "Algorithm",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.trajectory import Trajectory
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, History
-from gyro_cosim.errors import ConvergenceError
-from gyro_cosim.master import Run, run
-from gyro_cosim.network import Network
-from gyro_cosim.network.linearised import Linearised, linearised
+from ..coupling import Algorithm, History
+from ..errors import ConvergenceError
+from ..master import Run, run
+from ..network import Network
+from ..network.linearised import Linearised, linearised
 
 HALVINGS = 2
 MARGIN = 1e-9  # by how much a spectral radius may exceed its bound before a step counts as unstable

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.coupling import Algorithm
-from gyro_cosim.errors import RunError
-from gyro_cosim.master import macro_steps, open_network, run
-from gyro_cosim.network import Network
-from gyro_cosim.systems import System
+from ..coupling import Algorithm
+from ..errors import RunError
+from ..master import macro_steps, open_network, run
+from ..network import Network
+from ..systems import System
+from .monolith import Monolith
 
 # The fit leaves out errors outside this range: above it the error is no longer proportional to a power of the step,
 # below it rounding shows.

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.accuracy.convergence import Convergence
-from gyro_cosim.figures import COLOURS, figure
+from ..figures import COLOURS, figure
+from .convergence import Convergence
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -14,10 +14,11 @@ import casadi as ca
 import numpy as np
 
 from gyro_cosim.component.calling import bound
-from gyro_cosim.network import Network
-from gyro_cosim.slaves.in_process import ComponentSlave
-from gyro_cosim.systems import System, catalogue
-from gyro_cosim.trajectory import Trajectory
+
+from ..network import Network
+from ..slaves.in_process import ComponentSlave
+from ..systems import System, catalogue
+from ..trajectory import Trajectory
 
 
 class Monolith:

@@ -38,7 +38,7 @@ def check(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
     if not timeout > 0.0:
         raise ValueError(f"timeout must be positive, got {timeout!r}")
 
-    from gyro_cosim.check import archive, child, description
+    from . import archive, child, description
 
     found = archive.faults(path)
     if not any(rule == "archive" for rule, _ in found):

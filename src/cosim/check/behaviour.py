@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from gyro_cosim.check.description import attribute
-from gyro_cosim.check.examined import Bench, Say
-from gyro_cosim.check.instance import Refused, real_scalars
+from .description import attribute
+from .examined import Bench, Say
+from .instance import Refused, real_scalars
 
 
 def instance(bench: Bench, say: Say) -> None:

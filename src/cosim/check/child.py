@@ -8,9 +8,9 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim.check.archive import Found
-from gyro_cosim.slaves.processes import child
-from gyro_cosim.slaves.scratch import ScratchFolder
+from ..slaves.processes import child
+from ..slaves.scratch import ScratchFolder
+from .archive import Found
 
 PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
 

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim.check.archive import Found
+from .archive import Found
 
 REAL = ("Real", "Float64", "Float32")
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gyro_cosim.check.description import attribute, number
-from gyro_cosim.check.instance import Subject, real_scalars
+from .description import attribute, number
+from .instance import Subject, real_scalars
 
 Say = Callable[[str], None]
 STEPS = 10

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.check.description import REAL, number
+from .description import REAL, number
 
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 

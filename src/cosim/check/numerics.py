@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gyro_cosim.check.description import attribute
-from gyro_cosim.check.examined import Bench, Say
-from gyro_cosim.check.instance import real_scalars
+from .description import attribute
+from .examined import Bench, Say
+from .instance import real_scalars
 
 
 def derivatives(bench: Bench, say: Say) -> None:

@@ -5,10 +5,10 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from gyro_cosim.check import behaviour, numerics
-from gyro_cosim.check.examined import Bench
-from gyro_cosim.check.instance import Refused
-from gyro_cosim.slaves.processes import child
+from ..slaves.processes import child
+from . import behaviour, numerics
+from .examined import Bench
+from .instance import Refused
 
 PROBES = {
     probe.__name__: probe

@@ -9,7 +9,7 @@ from importlib import import_module
 
 import typer
 
-from gyro_cosim.errors import RunError
+from ..errors import RunError
 
 # Command -> its file in this folder. Only what is called is loaded: start-up is part of every command.
 COMMANDS = {

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from gyro_cosim.cli.common import AsJson, say
+from .common import AsJson, say
 
 
 def command(
@@ -14,7 +14,7 @@ def command(
     as_json: AsJson = False,
 ) -> int:
     """Check FMUs: schema and validation, and what validators miss. Exit code 1 if there is a fault."""
-    from gyro_cosim.check import check
+    from ..check import check
 
     found = {str(file): check(file, timeout=timeout) for file in files}
     words = [f"{file}: {fault}" for file, faults in found.items() for fault in faults]

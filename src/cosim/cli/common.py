@@ -13,8 +13,9 @@ from rich.console import Console
 from rich.table import Table
 
 from gyro_cosim.component.units import quantity
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.systems import System
+
+from ..ssp import system as named_system
+from ..systems import System
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
 Gyro = Annotated[

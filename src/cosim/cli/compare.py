@@ -7,9 +7,9 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from gyro_cosim.cli.common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
-from gyro_cosim.comparison.candidates import Candidate, Comparison, compare
-from gyro_cosim.coupling import ALGORITHMS, algorithm
+from ..comparison.candidates import Candidate, Comparison, compare
+from ..coupling import ALGORITHMS, algorithm
+from .common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
 
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
 
@@ -35,8 +35,8 @@ def command(
 
     Exit code 1 where a variant does not keep the tolerances. --set gyro.X=... goes to the variants that have an X.
     """
-    from gyro_cosim import figures
-    from gyro_cosim.comparison.tolerances import read as read_tolerances
+    from .. import figures
+    from ..comparison.tolerances import read as read_tolerances
 
     values = []
     for text in set_ or ():
@@ -53,7 +53,7 @@ def command(
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
-        from gyro_cosim.comparison.figures import comparison
+        from ..comparison.figures import comparison
 
         figures.save(comparison(result), plot)
     say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))

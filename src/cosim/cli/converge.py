@@ -6,7 +6,8 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from gyro_cosim.cli.common import (
+from ..coupling import algorithm
+from .common import (
     AsJson,
     Gyro,
     InProcess,
@@ -19,7 +20,6 @@ from gyro_cosim.cli.common import (
     seconds,
     writable,
 )
-from gyro_cosim.coupling import algorithm
 
 
 def command(
@@ -43,8 +43,8 @@ def command(
 
     The reference is the same model without coupling: exact by the matrix exponential where it is linear.
     """
-    from gyro_cosim import figures
-    from gyro_cosim.accuracy.convergence import converge
+    from .. import figures
+    from ..accuracy.convergence import converge
 
     plan = chosen_system(system, gyro, set_)
     coarsest = seconds(step, "--step") or 32 * plan.step
@@ -56,7 +56,7 @@ def command(
     with progress(f"ladder of {plan.name}") as show:
         result = converge(plan, chosen, step=coarsest, rungs=rungs, stop=end, in_process=in_process, progress=show)
     if plot is not None:
-        from gyro_cosim.accuracy.figures import convergence
+        from ..accuracy.figures import convergence
 
         figures.save(convergence(result), plot)
 

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from gyro_cosim.cli.common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
-from gyro_cosim.coupling import ALGORITHMS, algorithm
-from gyro_cosim.hil.compensation import COMPENSATORS
-from gyro_cosim.hil.delay_margin import Margin, Remedy, Setting
-from gyro_cosim.systems import System
+from ..coupling import ALGORITHMS, algorithm
+from ..hil.compensation import COMPENSATORS
+from ..hil.delay_margin import Margin, Remedy, Setting
+from ..systems import System
+from .common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
 
@@ -41,10 +41,10 @@ def command(
 
     Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
     """
-    from gyro_cosim import figures
-    from gyro_cosim.comparison.candidates import five_percent
-    from gyro_cosim.comparison.tolerances import read as read_tolerances
-    from gyro_cosim.hil.delay_margin import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
+    from .. import figures
+    from ..comparison.candidates import five_percent
+    from ..comparison.tolerances import read as read_tolerances
+    from ..hil.delay_margin import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
@@ -74,7 +74,7 @@ def command(
     if grid is not None and plot is not None:
         import numpy as np
 
-        from gyro_cosim.hil.figures import delay_margins
+        from ..hil.figures import delay_margins
 
         name, values, unit = grid
         steps = np.array([setting.step / 2**k for k in range(4)])
@@ -118,8 +118,8 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     """The parameter, the values that LOW:HIGH:N or A,B,... mean in its unit, and that unit."""
     import numpy as np
 
-    from gyro_cosim.sweeps.axes import Listed, parse
-    from gyro_cosim.sweeps.inquiry import Inquiry
+    from ..sweeps.axes import Listed, parse
+    from ..sweeps.inquiry import Inquiry
 
     name, equals, words = text.partition("=")
     if not equals:

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from gyro_cosim.cli.common import AsJson, say
-from gyro_cosim.systems import catalogue
+from ..systems import catalogue
+from .common import AsJson, say
 
 VERSIONS = {"2": ("2",), "3": ("3",), "both": ("2", "3")}
 

@@ -6,13 +6,13 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from gyro_cosim.cli.common import AsJson, say
-from gyro_cosim.master import open_network
-from gyro_cosim.network import Network
-from gyro_cosim.slaves.fmi.description import Description, Row, load
-from gyro_cosim.slaves.fmi.signals import interface
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.systems import archive
+from ..master import open_network
+from ..network import Network
+from ..slaves.fmi.description import Description, Row, load
+from ..slaves.fmi.signals import interface
+from ..ssp import system as named_system
+from ..systems import archive
+from .common import AsJson, say
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",

@@ -2,10 +2,10 @@
 
 from rich.table import Table
 
-from gyro_cosim import ssp
-from gyro_cosim.cli.common import AsJson, say
-from gyro_cosim.coupling import ALGORITHMS, algorithm
-from gyro_cosim.systems import catalogue
+from .. import ssp
+from ..coupling import ALGORITHMS, algorithm
+from ..systems import catalogue
+from .common import AsJson, say
 
 
 def command(as_json: AsJson = False) -> int:

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from gyro_cosim.cli.common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
-from gyro_cosim.ssp.packing import pack
+from ..ssp.packing import pack
+from .common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
 
 
 def command(

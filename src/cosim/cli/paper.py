@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from gyro_cosim.cli.common import AsJson, progress, say
+from .common import AsJson, progress, say
 
 
 def command(
@@ -25,7 +25,7 @@ def command(
 
     Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
     """
-    from gyro_cosim.paper import DRAWS, SEED, ledger, reproduce, studied, subjects
+    from ..paper import DRAWS, SEED, ledger, reproduce, studied, subjects
 
     count = DRAWS if draws is None else draws
     if count < 0:

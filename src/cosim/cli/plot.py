@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyro_cosim.cli.common import AsJson, say, writable
+from .common import AsJson, say, writable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,8 +25,8 @@ def command(
     as_json: AsJson = False,
 ) -> int:
     """Draw signals of a run over time, or a measure of a sweep over its axes."""
-    from gyro_cosim import figures
-    from gyro_cosim.sweeps.store import journal_of
+    from .. import figures
+    from ..sweeps.store import journal_of
 
     image = output or file.with_suffix(".png")
     writable(image, figures.check_format)
@@ -39,15 +39,15 @@ def command(
 
 
 def _holds_a_sweep(file: Path) -> bool:
-    from gyro_cosim.sweeps.store import journal_of
-    from gyro_cosim.sweeps.table import is_sweep
+    from ..sweeps.store import journal_of
+    from ..sweeps.table import is_sweep
 
     return journal_of(file).is_file() or is_sweep(file)
 
 
 def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
-    from gyro_cosim.sweeps.maps import draw, selected
-    from gyro_cosim.sweeps.store import load
+    from ..sweeps.maps import draw, selected
+    from ..sweeps.store import load
 
     table = load(file)
     for text in where:
@@ -59,8 +59,8 @@ def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
 
 
 def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
-    from gyro_cosim import figures
-    from gyro_cosim.trajectory import read_csv
+    from .. import figures
+    from ..trajectory import read_csv
 
     if where:
         raise ValueError(f"--where is for the file of a sweep, {str(file)!r} is none")

@@ -6,8 +6,13 @@ from typing import Annotated, Any
 
 import typer
 
-from gyro_cosim import trajectory
-from gyro_cosim.cli.common import (
+from .. import trajectory
+from ..coupling import ALGORITHMS, algorithm
+from ..errors import RunError
+from ..hil.realtime import Pacer
+from ..master import Options, Run, macro_steps, open_network
+from ..master import run as run_network
+from .common import (
     AsJson,
     Gyro,
     InProcess,
@@ -20,12 +25,7 @@ from gyro_cosim.cli.common import (
     seconds,
     writable,
 )
-from gyro_cosim.cli.summary import certificate_document, certificate_words, document, summary
-from gyro_cosim.coupling import ALGORITHMS, algorithm
-from gyro_cosim.errors import RunError
-from gyro_cosim.hil.realtime import Pacer
-from gyro_cosim.master import Options, Run, macro_steps, open_network
-from gyro_cosim.master import run as run_network
+from .summary import certificate_document, certificate_words, document, summary
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -78,8 +78,8 @@ def command(
     Without options `cosim run wheel-pair` is the paper's case of figure 4: v = 10 m/s, rotor at 100 rpm, starting at
     y = 0.001 m and psi = 0.314 rad.
     """
-    from gyro_cosim.master.adaptive import Adaptive
-    from gyro_cosim.master.checkpoint import Checkpoint, Resume
+    from ..master.adaptive import Adaptive
+    from ..master.checkpoint import Checkpoint, Resume
 
     plan = chosen_system(system, gyro, set_)
     chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
@@ -93,7 +93,7 @@ def command(
         raise ValueError("--certify needs an even macro step and all results of the whole run")
     writable(output, trajectory.check_format)
     if plot is not None:
-        from gyro_cosim import figures
+        from .. import figures
 
         writable(plot, figures.check_format)
     interval = seconds(every, "--every") or 0.0
@@ -123,7 +123,7 @@ def command(
                     raise
                 failure, run = error, error.partial
         if certify and failure is None and run.status == "done":
-            from gyro_cosim.accuracy.certificate import certify as certify_run
+            from ..accuracy.certificate import certify as certify_run
 
             with progress("certifying") as show:
                 try:
@@ -169,7 +169,7 @@ def _substeps(given: list[str] | None) -> dict[str, int]:
 
 
 def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
-    from gyro_cosim.master.recording import Recording
+    from ..master.recording import Recording
 
     return Recording(tuple(select or ()), every, stream)
 
@@ -178,9 +178,9 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
     if output is not None:
         run.trajectory.save(output)
     if plot is not None:
-        from gyro_cosim import figures
-        from gyro_cosim.railway.assessment import assess
-        from gyro_cosim.railway.figures import along_track
+        from .. import figures
+        from ..railway.assessment import assess
+        from ..railway.figures import along_track
 
         title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
         vehicles = assess(run.trajectory)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from gyro_cosim.cli.common import console
+from .common import console
 
 
 def command(
@@ -18,8 +18,8 @@ def command(
 
     There is no encryption and no password: listen beyond this machine in a network you trust only.
     """
-    from gyro_cosim.slaves import open_slave
-    from gyro_cosim.slaves.processes.serving import listen
+    from ..slaves import open_slave
+    from ..slaves.processes.serving import listen
 
     if not 0 <= port < 65536:
         raise ValueError(f"--port must be 0 to 65535, got {port}")

@@ -4,10 +4,10 @@ from typing import Any
 
 from rich.table import Table
 
-from gyro_cosim.accuracy.certificate import Certificate
-from gyro_cosim.cli.common import finite
-from gyro_cosim.master import Run
-from gyro_cosim.railway.assessment import Assessment, assess
+from ..accuracy.certificate import Certificate
+from ..master import Run
+from ..railway.assessment import Assessment, assess
+from .common import finite
 
 SHOWN = 30  # outputs up to which a summary lists every one
 

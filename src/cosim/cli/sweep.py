@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from gyro_cosim.cli.common import AsJson, SystemName, chosen_system, finite, progress, say, seconds
-from gyro_cosim.coupling import ALGORITHMS
+from ..coupling import ALGORITHMS
+from .common import AsJson, SystemName, chosen_system, finite, progress, say, seconds
 
 
 def command(
@@ -46,7 +46,7 @@ def command(
     of a run that failed. A sweep that was stopped goes on where it was when it is started again with the same FILE.
     `cosim plot FILE X Y MEASURE` draws a map.
     """
-    from gyro_cosim.sweeps import Sweep, sweep
+    from ..sweeps import Sweep, sweep
 
     plan = chosen_system(system, None, None)
     parameters, variants = _settings([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())])

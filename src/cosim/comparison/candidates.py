@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numpy as np
 
-from gyro_cosim.comparison.difference import Difference, difference
-from gyro_cosim.comparison.frequency_response import Response, measure
-from gyro_cosim.comparison.tolerances import Tolerances
-from gyro_cosim.comparison.unit_energy import UnitEnergy, energies
-from gyro_cosim.coupling import Algorithm, Jacobi
-from gyro_cosim.errors import RunError, WiringError
-from gyro_cosim.master import Run, open_network, run
-from gyro_cosim.network import Network
-from gyro_cosim.slaves import open_slave
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ..coupling import Algorithm, Jacobi
+from ..errors import RunError, WiringError
+from ..master import Run, open_network, run
+from ..network import Network
+from ..slaves import open_slave
+from ..ssp import system as named_system
+from ..systems import System
+from ..trajectory import Trajectory
+from .difference import Difference, difference
+from .frequency_response import Response, measure
+from .tolerances import Tolerances
+from .unit_energy import UnitEnergy, energies
 
 REST = 1e-9
 

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.comparison.candidates import Candidate, Comparison
-from gyro_cosim.figures import COLOURS, figure
+from ..figures import COLOURS, figure
+from .candidates import Candidate, Comparison
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

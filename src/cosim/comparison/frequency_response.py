@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.slaves import Slave
+from ..slaves import Slave
 
 LINES = 24
 

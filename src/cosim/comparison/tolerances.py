@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from gyro_cosim.component.units import quantity
-from gyro_cosim.errors import unknown
+
+from ..errors import unknown
 
 UNITS = {"rms": "1", "peak": "1", "shift": "s"}
 

@@ -17,8 +17,9 @@ import numpy as np
 
 from gyro_cosim.component.units import unit
 from gyro_cosim.component.variables import BALANCE
-from gyro_cosim.network import Network
-from gyro_cosim.trajectory import Trajectory
+
+from ..network import Network
+from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

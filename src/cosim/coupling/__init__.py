@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Sequence
 
-from gyro_cosim.coupling.base import Algorithm
-from gyro_cosim.coupling.explicit import Explicit, GaussSeidel, Jacobi
-from gyro_cosim.coupling.history import MAX_DEGREE, History
-from gyro_cosim.coupling.iterated import Iterated
+from .base import Algorithm
+from .explicit import Explicit, GaussSeidel, Jacobi
+from .history import MAX_DEGREE, History
+from .iterated import Iterated
 
 __all__ = ["ALGORITHMS", "MAX_DEGREE", "Algorithm", "Explicit", "GaussSeidel", "History", "Iterated", "Jacobi", "algorithm"]
 

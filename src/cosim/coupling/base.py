@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.coupling.history import MAX_DEGREE, History
-from gyro_cosim.network import Network
+from ..network import Network
+from .history import MAX_DEGREE, History
 
 Used = list[np.ndarray]  # the input polynomials that the slaves followed, per slave of shape (3, n_u)
 

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.coupling.base import Algorithm, Used, can_restore, discard_all, go_back, save_all, step_all
-from gyro_cosim.coupling.history import History
-from gyro_cosim.network import Network
+from ..network import Network
+from .base import Algorithm, Used, can_restore, discard_all, go_back, save_all, step_all
+from .history import History
 
 # Integral over the next step of what extrapolation of degree k misses, in steps times the difference of order k + 1.
 MISSED = (1 / 2, 5 / 12, 3 / 8)

@@ -17,11 +17,11 @@ from typing import Literal
 
 import numpy as np
 
-from gyro_cosim.coupling.base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
-from gyro_cosim.coupling.history import History
-from gyro_cosim.errors import ConvergenceError
-from gyro_cosim.network import Network
-from gyro_cosim.network.linearised import linearised
+from ..errors import ConvergenceError
+from ..network import Network
+from ..network.linearised import linearised
+from .base import Algorithm, Used, discard_all, go_back, require_restore, save_all, step_all
+from .history import History
 
 
 @dataclass(frozen=True)

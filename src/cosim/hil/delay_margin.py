@@ -13,18 +13,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gyro_cosim.comparison.candidates import judge
-from gyro_cosim.comparison.tolerances import Tolerances
-from gyro_cosim.coupling import Algorithm, Jacobi
-from gyro_cosim.errors import RunError
-from gyro_cosim.hil.compensation import Compensator, Uncompensated
-from gyro_cosim.hil.delayed_slave import Interface
-from gyro_cosim.hil.sampled_model import Model, linearise
-from gyro_cosim.master import Run, macro_steps, open_network, run
-from gyro_cosim.network import Network
-from gyro_cosim.slaves import Slave, open_slave
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ..comparison.candidates import judge
+from ..comparison.tolerances import Tolerances
+from ..coupling import Algorithm, Jacobi
+from ..errors import RunError
+from ..master import Run, macro_steps, open_network, run
+from ..network import Network
+from ..slaves import Slave, open_slave
+from ..systems import System
+from ..trajectory import Trajectory
+from .compensation import Compensator, Uncompensated
+from .delayed_slave import Interface
+from .sampled_model import Model, linearise
 
 Progress = Callable[[float, float], None]
 

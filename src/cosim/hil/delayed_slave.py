@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from gyro_cosim.component.variables import BALANCE
-from gyro_cosim.hil.compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
-from gyro_cosim.slaves.base import Slave, StateSpace
+
+from ..slaves.base import Slave, StateSpace
+from .compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 
 
 class Interface(Slave):

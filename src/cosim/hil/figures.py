@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.figures import COLOURS, figure, with_unit
-from gyro_cosim.hil.delay_margin import DelayMap
-from gyro_cosim.hil.realtime import Report
+from ..figures import COLOURS, figure, with_unit
+from .delay_margin import DelayMap
+from .realtime import Report
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -29,7 +29,7 @@ from typing import Literal
 
 import numpy as np
 
-from gyro_cosim.errors import RunError
+from ..errors import RunError
 
 Policy = Literal["count", "skip", "stop"]
 POLICIES: tuple[Policy, ...] = ("count", "skip", "stop")

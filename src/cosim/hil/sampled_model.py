@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.hil.compensation import Taps
-from gyro_cosim.network import Network
-from gyro_cosim.slaves.in_process import ComponentSlave
-from gyro_cosim.systems import System, catalogue
+from ..network import Network
+from ..slaves.in_process import ComponentSlave
+from ..systems import System, catalogue
+from .compensation import Taps
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, GaussSeidel, Jacobi
-from gyro_cosim.errors import SlaveError
-from gyro_cosim.kernel import ctypes_calls, loop
-from gyro_cosim.network import Network
-from gyro_cosim.slaves.base import RawFmu
+from ..coupling import Algorithm, GaussSeidel, Jacobi
+from ..errors import SlaveError
+from ..network import Network
+from ..slaves.base import RawFmu
+from . import ctypes_calls, loop
 
 TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
 _FINISH = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_int)
@@ -191,7 +191,7 @@ def _clock_address() -> int:
 def compiled() -> Any | None:
     """`march` compiled to machine code, or None where numba is not installed."""
     try:
-        from gyro_cosim.kernel import numba_calls
+        from . import numba_calls
     except ImportError:
         return None
     return numba_calls.compiled_march()
@@ -201,7 +201,7 @@ def compiled() -> Any | None:
 def compiled_meter() -> Any | None:
     """The energy meter's arithmetic compiled, or None where numba is not installed."""
     try:
-        from gyro_cosim.kernel import numba_calls
+        from . import numba_calls
     except ImportError:
         return None
     return numba_calls.compiled_meter()

@@ -8,7 +8,7 @@ coupling/history.py operation by operation, so all three give the same bits; a t
 import sys
 from typing import Any
 
-from gyro_cosim.kernel.ctypes_calls import (
+from .ctypes_calls import (
     DEGREE,
     DO_STEP,
     DU_ORDERS,

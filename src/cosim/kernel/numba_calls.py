@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import config, njit, types
 from numba.extending import intrinsic, overload
 
-from gyro_cosim.kernel import ctypes_calls, energy, loop
+from . import ctypes_calls, energy, loop
 
 
 def _foreign(name: str, *kinds: str) -> Callable[..., Any]:

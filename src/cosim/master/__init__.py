@@ -8,6 +8,6 @@ recording       which results are kept, and where
 checkpoint      a run that is killed goes on
 """
 
-from gyro_cosim.master.simulation import Options, Run, Status, Timing, macro_steps, open_network, run, simulate
+from .simulation import Options, Run, Status, Timing, macro_steps, open_network, run, simulate
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]

@@ -14,11 +14,11 @@ from typing import Literal
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, History, Iterated, Jacobi
-from gyro_cosim.coupling.base import Used, discard_all, go_back, require_restore, save_all
-from gyro_cosim.errors import ConvergenceError
-from gyro_cosim.master.energy import residual_power
-from gyro_cosim.network import Network
+from ..coupling import Algorithm, History, Iterated, Jacobi
+from ..coupling.base import Used, discard_all, go_back, require_restore, save_all
+from ..errors import ConvergenceError
+from ..network import Network
+from .energy import residual_power
 
 Step = tuple[float, float, np.ndarray, Used]  # h, t after it, Y there, inputs used
 

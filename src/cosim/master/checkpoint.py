@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, History
-from gyro_cosim.master.energy import EnergyMeter
-from gyro_cosim.master.recording import Recorder
-from gyro_cosim.network import Network
+from ..coupling import Algorithm, History
+from ..network import Network
+from .energy import EnergyMeter
+from .recording import Recorder
 
 FORMAT = 2
 

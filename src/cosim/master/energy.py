@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyro_cosim.component.units import unit
-from gyro_cosim.network import Network
-from gyro_cosim.network.bonds import Bond
+
+from ..network import Network
+from ..network.bonds import Bond
 
 UNTRUSTED = 0.01  # share of a bond's energy
 NEGLIGIBLE = 1e-6, 1e-12  # share of the energy of the largest bond, and J: at rest only rounding is exchanged

@@ -8,9 +8,9 @@ from typing import IO
 
 import numpy as np
 
-from gyro_cosim.errors import unknown
-from gyro_cosim.network import Network
-from gyro_cosim.trajectory import Trajectory
+from ..errors import unknown
+from ..network import Network
+from ..trajectory import Trajectory
 
 GROWTH = 4_000_000  # rows that memory is taken for at once; it is touched only as they come
 IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview

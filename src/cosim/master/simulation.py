@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, Jacobi
-from gyro_cosim.errors import EndRequest, RunError
-from gyro_cosim.master.energy import BondEnergy, untrustworthy
-from gyro_cosim.master.stepping import March, Options, Progress
-from gyro_cosim.network import Network
-from gyro_cosim.slaves import Slave, open_slave
-from gyro_cosim.slaves.fmi.unpacked import Shelf
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ..coupling import Algorithm, Jacobi
+from ..errors import EndRequest, RunError
+from ..network import Network
+from ..slaves import Slave, open_slave
+from ..slaves.fmi.unpacked import Shelf
+from ..systems import System
+from ..trajectory import Trajectory
+from .energy import BondEnergy, untrustworthy
+from .stepping import March, Options, Progress
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gyro_cosim.coupling import Algorithm, History
-from gyro_cosim.kernel import driver
-from gyro_cosim.master import adaptive
-from gyro_cosim.master.adaptive import Adaptive
-from gyro_cosim.master.checkpoint import Checkpoint, Resume
-from gyro_cosim.master.energy import EnergyMeter
-from gyro_cosim.master.recording import Recorder, Recording
-from gyro_cosim.network import Network
+from ..coupling import Algorithm, History
+from ..kernel import driver
+from ..network import Network
+from . import adaptive
+from .adaptive import Adaptive
+from .checkpoint import Checkpoint, Resume
+from .energy import EnergyMeter
+from .recording import Recorder, Recording
 
 Progress = Callable[[float, float], None]
 HISTORY = 4  # rows of outputs before the newest that a chunk begins with

@@ -8,6 +8,6 @@ loops           algebraic loops: where they are, and their solution
 linearised      slaves replaced by their exact linearisation
 """
 
-from gyro_cosim.network.network import Network, projected
+from .network import Network, projected
 
 __all__ = ["Network", "projected"]

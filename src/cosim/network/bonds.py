@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gyro_cosim.component.units import power_pair, unit
-from gyro_cosim.errors import WiringError, unknown
-from gyro_cosim.systems import Connection, PowerBond, System
+
+from ..errors import WiringError, unknown
+from ..systems import Connection, PowerBond, System
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.errors import ConvergenceError
-from gyro_cosim.network.loops import Evaluating, LoopSolver, cycle, self_dependent, strong_components
+from ..errors import ConvergenceError
+from .loops import Evaluating, LoopSolver, cycle, self_dependent, strong_components
 
 EXCHANGES = 50  # rounds after which inputs and outputs at the start must agree
 AGREEMENT = 1e-10  # relative; loops are solved to 1e-12

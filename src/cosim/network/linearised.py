@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.network.network import Network
-from gyro_cosim.slaves.base import Slave, StateSpace
+from ..slaves.base import Slave, StateSpace
+from .network import Network
 
 
 class LinearSlave(Slave):

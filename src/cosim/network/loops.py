@@ -5,7 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from gyro_cosim.errors import ConvergenceError
+from ..errors import ConvergenceError
 
 
 def strong_components(nodes: Iterable[int], needs: Mapping[int, Sequence[int]]) -> list[list[int]]:

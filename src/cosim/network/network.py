@@ -8,12 +8,12 @@ from types import TracebackType
 
 import numpy as np
 
-from gyro_cosim.errors import WiringError, unknown
-from gyro_cosim.network.bonds import bonds
-from gyro_cosim.network.evaluation import Evaluation
-from gyro_cosim.network.wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
-from gyro_cosim.slaves import Slave
-from gyro_cosim.systems import Connection, System
+from ..errors import WiringError, unknown
+from ..slaves import Slave
+from ..systems import Connection, System
+from .bonds import bonds
+from .evaluation import Evaluation
+from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 
 
 def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:

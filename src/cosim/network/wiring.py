@@ -7,10 +7,11 @@ from typing import NoReturn
 import numpy as np
 
 from gyro_cosim.component.units import Unit
-from gyro_cosim.errors import WiringError, unknown
-from gyro_cosim.slaves.base import Signal, Slave, Value
-from gyro_cosim.systems import Connection, Part, System
-from gyro_cosim.systems.quantities import between
+
+from ..errors import WiringError, unknown
+from ..slaves.base import Signal, Slave, Value
+from ..systems import Connection, Part, System
+from ..systems.quantities import between
 
 # What each type accepts besides itself; all of it exact.
 _WIDER = {"real": ("integer",), "integer": ("enumeration",), "enumeration": ("integer",)}

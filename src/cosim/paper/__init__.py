@@ -14,10 +14,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from gyro_cosim.paper import ledger, vehicle, wheel_pair
-from gyro_cosim.paper.cases import Extent
-from gyro_cosim.paper.ledger import Claim
-from gyro_cosim.paper.sensitivity.study import DRAWS, SEED, studied, subjects
+from . import ledger, vehicle, wheel_pair
+from .cases import Extent
+from .ledger import Claim
+from .sensitivity.study import DRAWS, SEED, studied, subjects
 
 __all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
 

@@ -10,13 +10,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from gyro_cosim.coupling import Jacobi
-from gyro_cosim.master import Options, simulate
-from gyro_cosim.master.recording import Recording
-from gyro_cosim.railway.assessment import Assessment, assess
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.systems import System, catalogue
-from gyro_cosim.trajectory import Trajectory
+from ..coupling import Jacobi
+from ..master import Options, simulate
+from ..master.recording import Recording
+from ..railway.assessment import Assessment, assess
+from ..ssp import system as named_system
+from ..systems import System, catalogue
+from ..trajectory import Trajectory
 
 SETS = {"A": "Table 2's wheels", "B": "no spin inertia"}
 SYSTEMS = {"A": "", "B": "-b"}

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gyro_cosim.railway import safety
-from gyro_cosim.trajectory import Trajectory
+from ..railway import safety
+from ..trajectory import Trajectory
 
 Measures = dict[str, float]
 Margins = dict[str, float]  # part of a claim -> margin

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.coupling import Jacobi
-from gyro_cosim.master import simulate
-from gyro_cosim.paper.measures import Margins, decades
-from gyro_cosim.stability import roots, travel
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ..coupling import Jacobi
+from ..master import simulate
+from ..stability import roots, travel
+from ..systems import System
+from ..trajectory import Trajectory
+from .measures import Margins, decades
 
 RPM = 2 * np.pi / 60  # rad/s
 SPIN, SPEED = "gyro.rotor_speed", "vehicle.speed"

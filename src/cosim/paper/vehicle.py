@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim import figures
-from gyro_cosim.paper import measures
-from gyro_cosim.paper.cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
-from gyro_cosim.paper.ledger import Claim
-from gyro_cosim.paper.measures import COEFFICIENT, FORCE, PSI, Y, climb, curve, holds, medians
-from gyro_cosim.systems import catalogue
+from .. import figures
+from ..systems import catalogue
+from . import measures
+from .cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
+from .ledger import Claim
+from .measures import COEFFICIENT, FORCE, PSI, Y, climb, curve, holds, medians
 
 ANGLES = {Y: ("lateral displacement y [mm]", 1e3), PSI: ("yaw angle $\\psi$ [mrad]", 1e3)}
 FORCES = {

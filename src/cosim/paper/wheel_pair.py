@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import figures
-from gyro_cosim.paper import pair_measures
-from gyro_cosim.paper.ledger import Claim
-from gyro_cosim.paper.measures import holds
-from gyro_cosim.paper.pair_measures import (
+from .. import figures
+from ..ssp import system as named_system
+from ..stability import best, decay_rates
+from ..stability.figures import damping_map, root_locus
+from ..systems import System
+from . import pair_measures
+from .ledger import Claim
+from .measures import holds
+from .pair_measures import (
     AT_REST,
     ETA,
     HELD,
@@ -25,10 +29,6 @@ from gyro_cosim.paper.pair_measures import (
     late_to_early,
     settling_time,
 )
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.stability import best, decay_rates
-from gyro_cosim.stability.figures import damping_map, root_locus
-from gyro_cosim.systems import System
 
 SIGNALS = {
     Y: ("lateral displacement $y_w$", "m", 1.0),

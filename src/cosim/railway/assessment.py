@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.railway import safety
-from gyro_cosim.railway.filters import CUT_OFF
-from gyro_cosim.trajectory import Trajectory
+from ..trajectory import Trajectory
+from . import safety
+from .filters import CUT_OFF
 
 DISTANCE, CLIMB, COEFFICIENT, FORCE = "body_distance", "_climb", "_derailment_coefficient", "_lateral_force"
 LATERAL, YAW = "_lateral_displacement", "_yaw_angle"

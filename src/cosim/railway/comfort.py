@@ -20,7 +20,7 @@ from math import inf, pi, sqrt
 
 import numpy as np
 
-from gyro_cosim.railway.filters import even_step
+from .filters import even_step
 
 WINDOW = 5.0  # s
 PERCENTILE = 95.0

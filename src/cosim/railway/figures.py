@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.figures import COLOURS, figure
-from gyro_cosim.railway.assessment import COEFFICIENT, DISTANCE, FORCE, LATERAL, YAW, Assessment
-from gyro_cosim.railway.safety import LIMIT
-from gyro_cosim.trajectory import Trajectory
+from ..figures import COLOURS, figure
+from ..trajectory import Trajectory
+from .assessment import COEFFICIENT, DISTANCE, FORCE, LATERAL, YAW, Assessment
+from .safety import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

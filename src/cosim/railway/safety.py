@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.railway.filters import en14363
+from .filters import en14363
 
 LIMIT = 0.8  # EN 14363, filtered Y/Q
 

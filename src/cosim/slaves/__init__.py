@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from gyro_cosim.slaves.base import RawFmu, Signal, Slave
-from gyro_cosim.systems import catalogue
+from ..systems import catalogue
+from .base import RawFmu, Signal, Slave
 
 if TYPE_CHECKING:
-    from gyro_cosim.slaves.fmi.unpacked import Shelf
+    from .fmi.unpacked import Shelf
 
 __all__ = ["RawFmu", "Signal", "Slave", "open_fmu", "open_slave"]
 
@@ -19,19 +19,19 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
     shelf : the FMUs that are open already, so that slaves of the same file share one copy.
     """
     if source.startswith(("process:", "tcp://")):
-        from gyro_cosim.slaves.processes.remote import RemoteSlave
+        from .processes.remote import RemoteSlave
 
         return RemoteSlave(name, source)
     if in_process and not source.endswith(".fmu"):
-        from gyro_cosim.slaves.in_process import ComponentSlave
+        from .in_process import ComponentSlave
 
         return ComponentSlave(name, catalogue.component(source))
-    from gyro_cosim.slaves.fmi.unpacked import Shelf
+    from .fmi.unpacked import Shelf
 
     shelf = shelf or Shelf()
     location = shelf.location(source)
     if isolate:
-        from gyro_cosim.slaves.processes.isolated import IsolatedSlave
+        from .processes.isolated import IsolatedSlave
 
         return IsolatedSlave(name, location)
     return open_fmu(name, location, shelf)
@@ -39,13 +39,13 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
 
 def open_fmu(name: str, location: str, shelf: "Shelf | None" = None) -> Slave:
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
-    from gyro_cosim.slaves.fmi.unpacked import Shelf
+    from .fmi.unpacked import Shelf
 
     opened = (shelf or Shelf()).take(location)
     if opened.description.version == "3":
-        from gyro_cosim.slaves.fmi.fmi3 import Fmi3Slave
+        from .fmi.fmi3 import Fmi3Slave
 
         return Fmi3Slave(name, opened)
-    from gyro_cosim.slaves.fmi.fmi2 import Fmi2Slave
+    from .fmi.fmi2 import Fmi2Slave
 
     return Fmi2Slave(name, opened)

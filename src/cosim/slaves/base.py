@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.errors import unknown
-from gyro_cosim.slaves.signal import Given, Signal, Value
+from ..errors import unknown
+from .signal import Given, Signal, Value
 
 __all__ = ["RawFmu", "Signal", "Slave", "Value"]
 

@@ -20,8 +20,9 @@ from gyro_cosim.component.integration import (
     input_at,
     pieces,
 )
-from gyro_cosim.errors import SlaveError
-from gyro_cosim.slaves.base import Signal, Slave, StateSpace, Value
+
+from ..errors import SlaveError
+from .base import Signal, Slave, StateSpace, Value
 
 
 class ComponentSlave(Slave):

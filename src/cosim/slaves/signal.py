@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from gyro_cosim.component.units import Unit
-from gyro_cosim.systems.quantities import Quantity, meaning, parsed
+
+from ..systems.quantities import Quantity, meaning, parsed
 
 Type = Literal["real", "integer", "boolean", "enumeration", "string", "binary"]
 Scalar = float | str | bytes

@@ -5,11 +5,11 @@ What SSP cannot say, the usual macro step and which signals form power bonds, st
 
 from pathlib import Path
 
-from gyro_cosim.errors import unknown
-from gyro_cosim.ssp.documents import NAMESPACES
-from gyro_cosim.ssp.reading import read
-from gyro_cosim.systems import System
-from gyro_cosim.systems.catalogue import systems
+from ..errors import unknown
+from ..systems import System
+from ..systems.catalogue import systems
+from .documents import NAMESPACES
+from .reading import read
 
 __all__ = ["NAMESPACES", "read", "system"]
 

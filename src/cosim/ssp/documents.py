@@ -8,8 +8,9 @@ from urllib.parse import unquote, urlsplit
 from lxml import etree
 
 from gyro_cosim.component.units import Unit
-from gyro_cosim.systems import Hop, archive
-from gyro_cosim.systems.quantities import Quantity, defined, meaning
+
+from ..systems import Hop, archive
+from ..systems.quantities import Quantity, defined, meaning
 
 NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",

@@ -15,14 +15,15 @@ from typing import Any
 from lxml import etree
 
 from gyro_cosim.component.units import BASE, Unit
-from gyro_cosim.errors import unknown
-from gyro_cosim.network.wiring import transfer
-from gyro_cosim.slaves.base import Signal, Value
-from gyro_cosim.slaves.fmi.description import read
-from gyro_cosim.slaves.fmi.signals import Interface, interface
-from gyro_cosim.ssp.documents import ANNOTATION, NAMESPACES
-from gyro_cosim.systems import Connection, Part, System, archive, catalogue
-from gyro_cosim.systems.quantities import meaning
+
+from ..errors import unknown
+from ..network.wiring import transfer
+from ..slaves.base import Signal, Value
+from ..slaves.fmi.description import read
+from ..slaves.fmi.signals import Interface, interface
+from ..systems import Connection, Part, System, archive, catalogue
+from ..systems.quantities import meaning
+from .documents import ANNOTATION, NAMESPACES
 
 _TYPES = {
     "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",

@@ -10,9 +10,9 @@ from typing import Any
 
 from lxml import etree
 
-from gyro_cosim.ssp.documents import NAMESPACES, Document, document, hop_of, load, through, value_of
-from gyro_cosim.ssp.tree import Node
-from gyro_cosim.systems import archive
+from ..systems import archive
+from .documents import NAMESPACES, Document, document, hop_of, load, through, value_of
+from .tree import Node
 
 SET, MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
 

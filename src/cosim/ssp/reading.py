@@ -7,11 +7,11 @@ from typing import Any
 
 from lxml import etree
 
-from gyro_cosim.errors import WiringError
-from gyro_cosim.ssp.documents import ANNOTATION, NAMESPACES, Document, hop_of
-from gyro_cosim.ssp.parameters import bound_values
-from gyro_cosim.ssp.tree import Node, components, tree
-from gyro_cosim.systems import Connection, Hop, Part, PowerBond, StopWhen, System
+from ..errors import WiringError
+from ..systems import Connection, Hop, Part, PowerBond, StopWhen, System
+from .documents import ANNOTATION, NAMESPACES, Document, hop_of
+from .parameters import bound_values
+from .tree import Node, components, tree
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 from lxml import etree
 
-from gyro_cosim.errors import WiringError
-from gyro_cosim.ssp.documents import NAMESPACES, Document, load, type_of
-from gyro_cosim.systems import Port, archive
-from gyro_cosim.systems.catalogue import spec_of_fmu
+from ..errors import WiringError
+from ..systems import Port, archive
+from ..systems.catalogue import spec_of_fmu
+from .documents import NAMESPACES, Document, load, type_of
 
 KINDS = ("input", "output", "parameter", "calculatedParameter")  # that a connection can join
 OTHERS = ("inout", "unspecified", "structuralParameter", "constant", "local")

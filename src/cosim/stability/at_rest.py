@@ -15,9 +15,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.errors import unknown
-from gyro_cosim.systems import System
+from ..accuracy.monolith import Monolith
+from ..errors import unknown
+from ..systems import System
 
 SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
 

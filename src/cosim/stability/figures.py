@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim.figures import figure
+from ..figures import figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.stability.release import Release
+from .release import Release
 
 UNSETTLED = 100.0  # log of the cost (s) of what never comes to rest: a step that leads there is taken back
 AT_BOUND = 1e-6  # relative distance from a bound within which a parameter lies on it

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.errors import unknown
-from gyro_cosim.stability.at_rest import AtRest
+from ..errors import unknown
+from .at_rest import AtRest
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from gyro_cosim.stability.at_rest import AtRest
-from gyro_cosim.systems import System
+from ..systems import System
+from .at_rest import AtRest
 
 
 def roots(system: System, parameter: str, values: np.ndarray) -> np.ndarray:

@@ -15,13 +15,13 @@ from pathlib import Path
 from time import perf_counter
 from typing import Literal
 
-from gyro_cosim.sweeps.axes import Axis, Listed, Ranged, parse
-from gyro_cosim.sweeps.cluster import Cluster
-from gyro_cosim.sweeps.measure import Measure
-from gyro_cosim.sweeps.plan import Plan, Sweep
-from gyro_cosim.sweeps.pool import Pool, cores
-from gyro_cosim.sweeps.store import Store, load
-from gyro_cosim.sweeps.table import Table
+from .axes import Axis, Listed, Ranged, parse
+from .cluster import Cluster
+from .measure import Measure
+from .plan import Plan, Sweep
+from .pool import Pool, cores
+from .store import Store, load
+from .table import Table
 
 __all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep"]
 

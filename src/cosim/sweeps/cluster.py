@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.sweeps.plan import FIXED, Frame
-from gyro_cosim.sweeps.runner import Row, Runner, row_of
-from gyro_cosim.systems import archive
+from ..systems import archive
+from .axes import Point
+from .plan import FIXED, Frame
+from .runner import Row, Runner, row_of
 
 ANSWERS_WITHIN = 5.0  # s
 TASK = 0.5  # s of work in a task

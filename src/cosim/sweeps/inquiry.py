@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
-from gyro_cosim.errors import unknown
-from gyro_cosim.master import open_network
-from gyro_cosim.network import Network
-from gyro_cosim.sweeps.axes import Value
-from gyro_cosim.systems import System
+from ..errors import unknown
+from ..master import open_network
+from ..network import Network
+from ..systems import System
+from .axes import Value
 
 MEASURES = ("end", "max", "rms")  # of each signal
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyro_cosim import figures
-from gyro_cosim.sweeps.table import Table
+from .. import figures
+from .table import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gyro_cosim.trajectory import Trajectory
+from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from gyro_cosim.coupling import Algorithm, algorithm
-from gyro_cosim.master import macro_steps
-from gyro_cosim.sweeps.axes import Axis, Listed, Point, Value, parse, points
-from gyro_cosim.sweeps.inquiry import MEASURES, Inquiry
-from gyro_cosim.sweeps.measure import Measure
-from gyro_cosim.systems import System, archive, catalogue
+from ..coupling import Algorithm, algorithm
+from ..master import macro_steps
+from ..systems import System, archive, catalogue
+from .axes import Axis, Listed, Point, Value, parse, points
+from .inquiry import MEASURES, Inquiry
+from .measure import Measure
 
 CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
 CASE = "case"  # the axis of named sets of values

@@ -22,9 +22,9 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Protocol
 
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.sweeps.plan import FIXED, Frame
-from gyro_cosim.sweeps.runner import Row, Runner, row_of
+from .axes import Point
+from .plan import FIXED, Frame
+from .runner import Row, Runner, row_of
 
 AHEAD = 0.5  # s of work that a worker may hold
 REPORT = 0.1  # s between a worker's reports

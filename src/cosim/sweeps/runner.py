@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import master
-from gyro_cosim.errors import RunError
-from gyro_cosim.master import Run
-from gyro_cosim.network import Network
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.sweeps.inquiry import MEASURES
-from gyro_cosim.sweeps.plan import FIXED, Frame
-from gyro_cosim.systems import System
+from .. import master
+from ..errors import RunError
+from ..master import Run
+from ..network import Network
+from ..systems import System
+from .axes import Point
+from .inquiry import MEASURES
+from .plan import FIXED, Frame
 
 BLOCK = 4096  # rows measured at a time
 Row = list[Any]  # in the order of Plan.columns

@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim.sweeps.runner import Row
-from gyro_cosim.sweeps.table import MARK, Table, check_format, read, write
+from .runner import Row
+from .table import MARK, Table, check_format, read, write
 
 try:
     import fcntl

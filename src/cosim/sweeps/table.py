@@ -28,7 +28,7 @@ class Table:
     def __getitem__(self, column: str) -> np.ndarray:
         """The column called so."""
         if column not in self.values:
-            from gyro_cosim.errors import unknown
+            from ..errors import unknown
 
             raise unknown("column of the sweep:", column, self.values)
         return self.values[column]

@@ -16,7 +16,7 @@ from typing import Any
 
 import platformdirs
 
-from gyro_cosim.errors import unknown
+from ..errors import unknown
 
 GROUP = "gyro_cosim"
 

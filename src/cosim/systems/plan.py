@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gyro_cosim.component.units import Unit
-from gyro_cosim.errors import WiringError, unknown
-from gyro_cosim.systems.catalogue import components
+
+from ..errors import WiringError, unknown
+from .catalogue import components
 
 
 @dataclass(frozen=True)

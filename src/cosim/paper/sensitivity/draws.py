@@ -14,14 +14,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gyro_cosim.errors import RunError
-from gyro_cosim.paper.sensitivity.open_parameters import Open, draws, middle
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.sweeps.pool import Pool, cores
-from gyro_cosim.sweeps.runner import Row
-from gyro_cosim.sweeps.store import Store, load
-from gyro_cosim.sweeps.table import Table
-from gyro_cosim.systems import archive, catalogue
+from ...errors import RunError
+from ...sweeps.axes import Point
+from ...sweeps.pool import Pool, cores
+from ...sweeps.runner import Row
+from ...sweeps.store import Store, load
+from ...sweeps.table import Table
+from ...systems import archive, catalogue
+from .open_parameters import Open, draws, middle
 
 NAMED = ("kind", "draw", "wheels")  # what a row is, before the parameters: see points()
 FATE = ("status", "error", "wall_s")

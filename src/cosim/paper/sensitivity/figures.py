@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gyro_cosim import figures
-from gyro_cosim.paper.sensitivity.findings import Finding, shown
+from ... import figures
+from .findings import Finding, shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gyro_cosim.paper.sensitivity.draws import DRAW, MARGIN, MIDDLE, Study
-from gyro_cosim.paper.sensitivity.open_parameters import TIED, coordinates
-from gyro_cosim.paper.sensitivity.statistics import Influence, Share, influences, wilson
-from gyro_cosim.sweeps.table import Table
+from ...sweeps.table import Table
+from .draws import DRAW, MARGIN, MIDDLE, Study
+from .open_parameters import TIED, coordinates
+from .statistics import Influence, Share, influences, wilson
 
 MOST = 3  # parameters that a sentence names
 EITHER = 10  # draws at least in which a claim holds, and does not, for its truth to be correlated with anything

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.systems import Part, System, catalogue
+from ...systems import Part, System, catalogue
 
 TIED = (("gyro.gimbal_stiffness", "gyro.gimbal_damping"),)  # drawn together: the number of springs is that of the dampers
 

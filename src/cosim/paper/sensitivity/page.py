@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.paper.sensitivity.draws import DRAW, Study
-from gyro_cosim.paper.sensitivity.findings import Finding, Ranked, findings, margin_of, ranking, shown
-from gyro_cosim.paper.sensitivity.statistics import wilson
-from gyro_cosim.sweeps.table import Table
+from ...sweeps.table import Table
+from .draws import DRAW, Study
+from .findings import Finding, Ranked, findings, margin_of, ranking, shown
+from .statistics import wilson
 
 BEST = 5  # draws that the ranking shows
 

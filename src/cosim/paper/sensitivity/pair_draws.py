@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import master
-from gyro_cosim.network import Network
-from gyro_cosim.paper import pair_measures
-from gyro_cosim.paper.measures import Margins
-from gyro_cosim.paper.pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
-from gyro_cosim.paper.sensitivity.draws import NAMED, sources_of
-from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
-from gyro_cosim.ssp import system as named_system
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ... import master
+from ...network import Network
+from ...ssp import system as named_system
+from ...sweeps.axes import Point
+from ...systems import System
+from ...trajectory import Trajectory
+from .. import pair_measures
+from ..measures import Margins
+from ..pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
+from .draws import NAMED, sources_of
+from .open_parameters import Open, open_parameters, values_of
 
 WHEELS = "Table 1"  # there is one kind
 FINENESS = 200  # of the root loci; the ledger's are twice as fine, to be drawn

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gyro_cosim import figures
-from gyro_cosim.paper.sensitivity import figures as sensitivity_figures
-from gyro_cosim.paper.sensitivity import pair_draws, vehicle_draws
-from gyro_cosim.paper.sensitivity.draws import Study, Subject, carry_out
-from gyro_cosim.paper.sensitivity.findings import Finding, findings, sentences
-from gyro_cosim.paper.sensitivity.page import document, page
+from ... import figures
+from . import figures as sensitivity_figures
+from . import pair_draws, vehicle_draws
+from .draws import Study, Subject, carry_out
+from .findings import Finding, findings, sentences
+from .page import document, page
 
 EVERYWHERE = {"C5": "holds in every draw: no open parameter enters"}
 DRAWS, SEED = 8, 1  # a look in passing; docs/claims.md has the study that claims rest on

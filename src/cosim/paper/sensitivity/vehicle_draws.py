@@ -16,16 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim import master
-from gyro_cosim.network import Network
-from gyro_cosim.paper import cases, measures
-from gyro_cosim.paper.cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
-from gyro_cosim.paper.measures import Margins, Measures, Y
-from gyro_cosim.paper.sensitivity.draws import NAMED, plain, sources_of
-from gyro_cosim.paper.sensitivity.open_parameters import Open, open_parameters, values_of
-from gyro_cosim.sweeps.axes import Point
-from gyro_cosim.systems import System
-from gyro_cosim.trajectory import Trajectory
+from ... import master
+from ...network import Network
+from ...sweeps.axes import Point
+from ...systems import System
+from ...trajectory import Trajectory
+from .. import cases, measures
+from ..cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
+from ..measures import Margins, Measures, Y
+from .draws import NAMED, plain, sources_of
+from .open_parameters import Open, open_parameters, values_of
 
 SPEEDS = (STRAIGHT, SLOW, FAST)
 DRAWN = Extent(behind_slow=measures.END, starts=("0mm",))

@@ -10,8 +10,9 @@ from pathlib import Path
 from lxml import etree
 
 from gyro_cosim.component.units import Unit
-from gyro_cosim.systems import archive
-from gyro_cosim.systems.quantities import defined
+
+from ...systems import archive
+from ...systems.quantities import defined
 
 FMI3_TYPES = (
     "Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from gyro_cosim.slaves.fmi.description import Description
-from gyro_cosim.slaves.fmi.library import Library
+from .description import Description
+from .library import Library
 
 UPDATES = 1000  # rounds after which the discrete states must have settled
 

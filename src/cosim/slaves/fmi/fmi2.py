@@ -7,12 +7,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves.base import RawFmu, Value
-from gyro_cosim.slaves.fmi.description import Row
-from gyro_cosim.slaves.fmi.fmu import FmuSlave
-from gyro_cosim.slaves.fmi.library import POINTER, REFERENCES, SIZE, Library
-from gyro_cosim.slaves.fmi.unpacked import Callbacks2
+from ...errors import EndRequest, SlaveError
+from ..base import RawFmu, Value
+from .description import Row
+from .fmu import FmuSlave
+from .library import POINTER, REFERENCES, SIZE, Library
+from .unpacked import Callbacks2
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status
 

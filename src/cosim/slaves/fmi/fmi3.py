@@ -12,13 +12,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves.base import RawFmu, Value
-from gyro_cosim.slaves.fmi import events
-from gyro_cosim.slaves.fmi.description import Row
-from gyro_cosim.slaves.fmi.fmu import FmuSlave
-from gyro_cosim.slaves.fmi.intermediate_update import Answers, asked_for
-from gyro_cosim.slaves.fmi.library import POINTER, REFERENCES, SIZE, Library
+from ...errors import EndRequest, SlaveError
+from ..base import RawFmu, Value
+from . import events
+from .description import Row
+from .fmu import FmuSlave
+from .intermediate_update import Answers, asked_for
+from .library import POINTER, REFERENCES, SIZE, Library
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck

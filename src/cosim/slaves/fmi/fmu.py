@@ -11,15 +11,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gyro_cosim.errors import SlaveError
-from gyro_cosim.slaves.base import Slave, StateSpace, Value
-from gyro_cosim.slaves.fmi.buffers import Group, group, groups
-from gyro_cosim.slaves.fmi.description import Row
-from gyro_cosim.slaves.fmi.events import Note
-from gyro_cosim.slaves.fmi.fmu_state import States
-from gyro_cosim.slaves.fmi.library import POINTER, STATUS, Library, Log
-from gyro_cosim.slaves.fmi.signals import by_variable, carried
-from gyro_cosim.slaves.fmi.unpacked import OpenedFmu
+from ...errors import SlaveError
+from ..base import Slave, StateSpace, Value
+from .buffers import Group, group, groups
+from .description import Row
+from .events import Note
+from .fmu_state import States
+from .library import POINTER, STATUS, Library, Log
+from .signals import by_variable, carried
+from .unpacked import OpenedFmu
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 

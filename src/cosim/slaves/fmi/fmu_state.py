@@ -4,7 +4,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-from gyro_cosim.slaves.fmi.library import Library
+from .library import Library
 
 _POINTER, _SIZE = ctypes.c_void_p, ctypes.c_size_t
 

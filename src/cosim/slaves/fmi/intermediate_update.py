@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.slaves.fmi.description import Description, Row
-from gyro_cosim.slaves.fmi.library import POINTER, REFERENCES, SIZE, Library
+from .description import Description, Row
+from .library import POINTER, REFERENCES, SIZE, Library
 
 _UPDATE = ctypes.CFUNCTYPE(
     None, POINTER, ctypes.c_double, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool,

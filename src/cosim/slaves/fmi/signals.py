@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.slaves.fmi.description import REAL, Description, Row
-from gyro_cosim.slaves.signal import Signal, Type, Value
+from ..signal import Signal, Type, Value
+from .description import REAL, Description, Row
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 _NOT_CARRIED = ("String", "Binary", "Clock")

@@ -4,11 +4,11 @@ import ctypes
 from functools import cached_property
 from typing import Any
 
-from gyro_cosim.slaves.fmi.description import MEMBER, Description, read
-from gyro_cosim.slaves.fmi.library import Library, Log, formatting_proxy
-from gyro_cosim.slaves.fmi.signals import Interface, interface
-from gyro_cosim.slaves.scratch import ScratchFolder
-from gyro_cosim.systems import archive, catalogue
+from ...systems import archive, catalogue
+from ..scratch import ScratchFolder
+from .description import MEMBER, Description, read
+from .library import Library, Log, formatting_proxy
+from .signals import Interface, interface
 
 LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 

@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from gyro_cosim.errors import EndRequest, SlaveError
-from gyro_cosim.slaves.base import Slave, Value
-from gyro_cosim.slaves.processes import child
-from gyro_cosim.slaves.scratch import ScratchFolder
+from ...errors import EndRequest, SlaveError
+from ..base import Slave, Value
+from ..scratch import ScratchFolder
+from . import child
 
 PATIENCE = 60.0  # s that one call may take
 _DESCRIPTION = (
@@ -154,7 +154,7 @@ def serve(connection: Connection) -> None:
         kind = "done"
         try:
             if what == "open":
-                from gyro_cosim.slaves import open_fmu
+                from .. import open_fmu
 
                 slave = open_fmu(*arguments)
                 slave.log.echo = lambda line: print(line, flush=True)

@@ -26,10 +26,11 @@ from urllib.parse import parse_qsl
 import numpy as np
 
 from gyro_cosim.component.units import quantity
-from gyro_cosim.errors import EndRequest, SlaveError, unknown
-from gyro_cosim.slaves.base import Signal, Slave, StateSpace, Value
-from gyro_cosim.slaves.processes import child
-from gyro_cosim.slaves.processes.protocol import Kind, Link, NonsenseError, array, document, numbers
+
+from ...errors import EndRequest, SlaveError, unknown
+from ..base import Signal, Slave, StateSpace, Value
+from . import child
+from .protocol import Kind, Link, NonsenseError, array, document, numbers
 
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take

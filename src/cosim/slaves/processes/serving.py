@@ -7,11 +7,11 @@ import sys
 from dataclasses import fields
 from typing import Any
 
-from gyro_cosim.errors import EndRequest, RunError
-from gyro_cosim.slaves import open_slave
-from gyro_cosim.slaves.base import Signal, Slave
-from gyro_cosim.slaves.processes import child
-from gyro_cosim.slaves.processes.protocol import Kind, Link, NonsenseError, array, document, numbers
+from ...errors import EndRequest, RunError
+from .. import open_slave
+from ..base import Signal, Slave
+from . import child
+from .protocol import Kind, Link, NonsenseError, array, document, numbers
 
 CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
 
