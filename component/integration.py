@@ -1,4 +1,4 @@
-"""The time integration of a component: one internal step as a CasADi function, and how a macro step is made of them.
+"""The time integration of a component: one internal step as a CasADi function, and how steps make up a length of time.
 
     x_next = step(x, U, p, tau, h)
 
@@ -7,22 +7,18 @@ time since then at which the internal step starts and h (s) its length:
 
     u(t) = U0 + U1 t + U2 t^2 / 2,    tau <= t <= tau + h.
 
-`step` runs here and becomes C code inside the FMU. `macro_step` is the definition of what the FMU's doStep does with it:
-fmus/c/step.c repeats it operation by operation, so that both give the same bits.
+`step` runs here and becomes C code inside the FMU. How doStep uses it stands in do_step.py.
 """
 
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .methods import METHODS as METHODS
-
-if TYPE_CHECKING:
-    from .model import Component
 
 INPUT_DEGREE = 2  # highest degree of the input polynomial
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
@@ -194,36 +190,3 @@ class ErrorControl:
     def allowed(self) -> float:
         """Largest difference between one step and two of half its length; their error is 2^order - 1 times smaller."""
         return self.tolerance * (2.0**self.order - 1.0)
-
-
-def error_control(component: "Component", tolerance: float) -> ErrorControl | None:
-    """Error control for a component, or None for tolerance 0."""
-    if not tolerance > 0.0:
-        return None
-    nominal = np.array([abs(v.nominal) if v.nominal else 1.0 for v in component.states])
-    return ErrorControl(METHODS[component.method].order, tolerance, nominal)
-
-
-def macro_step(
-    component: "Component", x: np.ndarray, U: np.ndarray, p: np.ndarray, t: float, h: float, *,
-    internal_step: float, tolerance: float = 0.0, progress: Progress = Progress(),
-) -> tuple[np.ndarray, Progress]:  # fmt: skip
-    """x at t + h (s), and the progress to hand to the next macro step. StepError if it cannot be done.
-
-    Before the first one, `progress` is Progress(first_sample(component.sample_period, t)).
-    """
-
-    def one(x: np.ndarray, tau: float, h: float) -> np.ndarray:
-        return np.array(component.step(x, U, p, tau, h)).ravel()
-
-    samples, first = progress.samples, progress.step
-    control = error_control(component, tolerance)
-    for offset, length, due in pieces(t, h, component.sample_period, samples):
-        for _ in range(due):
-            assert component.sample is not None
-            x = np.array(component.sample(x, input_at(U, offset), p)).ravel()
-        if not np.all(np.isfinite(x)):
-            raise StepError("the sampled part gives no finite state")
-        samples += due
-        x, first = advance(one, x, offset, length, internal_step=internal_step, control=control, first=first)
-    return x, Progress(samples, first)

@@ -5,7 +5,8 @@ import io
 import numpy as np
 
 from gyro_cosim.component import Component
-from gyro_cosim.component.integration import Progress, StepError, first_sample, macro_step
+from gyro_cosim.component.do_step import macro_step
+from gyro_cosim.component.integration import Progress, StepError, first_sample
 
 STEP, STEPS = 0.01, 100  # s, macro steps
 AMPLITUDE = 0.1  # of an input's nominal value

@@ -7,7 +7,8 @@ import casadi as ca
 import numpy as np
 
 from gyro_cosim.component import Component, build, input_, output, parameter, state
-from gyro_cosim.component.integration import Progress, first_sample, input_at, macro_step
+from gyro_cosim.component.do_step import macro_step
+from gyro_cosim.component.integration import Progress, first_sample, input_at
 
 
 def plain(**changes: object) -> Component:

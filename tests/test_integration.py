@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from gyro_cosim.component.integration import METHODS, Progress, StepError, first_sample, input_at, macro_step, pieces, substeps
+from gyro_cosim.component.do_step import macro_step
+from gyro_cosim.component.integration import METHODS, Progress, StepError, first_sample, input_at, pieces, substeps
 
 U = np.array([[0.3, 0.5, -0.8]])
 

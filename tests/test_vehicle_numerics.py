@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyro_cosim.component.integration import macro_step
+from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.joined import Joined
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
 from gyro_cosim.vehicle.lrt import lrt

@@ -1,5 +1,5 @@
 /* One macro step: sampled part, internal steps, error control. The same as macro_step in the package's
-   component/integration.py, operation by operation, so that both give the same bits. */
+   component/do_step.py, operation by operation, so that both give the same bits. */
 
 #include "core.h"
 

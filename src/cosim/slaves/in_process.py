@@ -10,23 +10,15 @@ import numpy as np
 
 from gyro_cosim.component import Component, Variable
 from gyro_cosim.component.calling import bound
-from gyro_cosim.component.integration import (
-    INPUT_DEGREE,
-    Progress,
-    StepError,
-    advance,
-    error_control,
-    first_sample,
-    input_at,
-    pieces,
-)
+from gyro_cosim.component.do_step import error_control
+from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, advance, first_sample, input_at, pieces
 
 from ..errors import SlaveError
 from .base import Signal, Slave, StateSpace, Value
 
 
 class ComponentSlave(Slave):
-    """Runs a Component as component.integration.macro_step defines it, on arrays that are bound once."""
+    """Runs a Component as component/do_step.py defines it, on arrays that are bound once."""
 
     can_restore = can_serialize = True
     input_degree = INPUT_DEGREE

@@ -1,0 +1,41 @@
+"""A macro step of a component: the definition of what the FMU's doStep does; fmus/c/step.c repeats it, operation by operation."""
+
+import numpy as np
+
+from .integration import ErrorControl, Progress, StepError, advance, input_at, pieces
+from .methods import METHODS
+from .model import Component
+
+
+def error_control(component: Component, tolerance: float) -> ErrorControl | None:
+    """Error control for a component, or None for tolerance 0."""
+    if not tolerance > 0.0:
+        return None
+    nominal = np.array([abs(v.nominal) if v.nominal else 1.0 for v in component.states])
+    return ErrorControl(METHODS[component.method].order, tolerance, nominal)
+
+
+def macro_step(
+    component: Component, x: np.ndarray, U: np.ndarray, p: np.ndarray, t: float, h: float, *,
+    internal_step: float, tolerance: float = 0.0, progress: Progress | None = None,
+) -> tuple[np.ndarray, Progress]:  # fmt: skip
+    """x at t + h (s), and the progress to hand to the next macro step. StepError if it cannot be done.
+
+    progress : before the first step of a sampled component Progress(first_sample(component.sample_period, t)); None: Progress().
+    """
+
+    def one(x: np.ndarray, tau: float, h: float) -> np.ndarray:
+        return np.array(component.step(x, U, p, tau, h)).ravel()
+
+    progress = progress or Progress()
+    samples, first = progress.samples, progress.step
+    control = error_control(component, tolerance)
+    for offset, length, due in pieces(t, h, component.sample_period, samples):
+        for _ in range(due):
+            assert component.sample is not None
+            x = np.array(component.sample(x, input_at(U, offset), p)).ravel()
+        if not np.all(np.isfinite(x)):
+            raise StepError("the sampled part gives no finite state")
+        samples += due
+        x, first = advance(one, x, offset, length, internal_step=internal_step, control=control, first=first)
+    return x, Progress(samples, first)
