@@ -1,6 +1,6 @@
 """Studies of the linearised vehicle: what stands behind them, and each script run short against stored norms.
 
-The norms in tests/norms are what the scripts wrote: each file holds the command that made it, and is a copy of that command's
+The norms in norms are what the scripts wrote: each file holds the command that made it, and is a copy of that command's
 file in results/studies/short.
 """
 
@@ -18,7 +18,7 @@ from gyro_cosim import System, system
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.stability import AtRest, Release, measured_root, optimum
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 RPM = np.pi / 30
 ALONG = ("vehicle.*_distance",)
 FREE = ("gyro.rotor_speed", "gyro.gimbal_stiffness", "gyro.gimbal_damping", "gyro.spring_arm")

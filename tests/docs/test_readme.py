@@ -12,7 +12,7 @@ import pytest
 
 from gyro_cosim.systems import catalogue
 
-README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, flags=re.DOTALL)
 COMMANDS = [
     line.partition("#")[0] for kind, text in BLOCKS if kind == "sh" for line in text.splitlines() if line.startswith("cosim")
@@ -59,7 +59,7 @@ def test_the_table_of_signals_is_that_of_the_components() -> None:
 
 def test_what_make_run_prints_is_what_the_readme_shows(cosim: Callable[..., Any]) -> None:
     """Line by line, but for times and for numbers that flange contact makes chaotic."""
-    makefile = (Path(__file__).parent.parent / "Makefile").read_text()
+    makefile = (Path(__file__).parents[2] / "Makefile").read_text()
     command = re.search(r"^\t\S*/cosim (run .*)$", makefile, flags=re.MULTILINE)
     assert command is not None
     Path("results").mkdir()
@@ -77,4 +77,4 @@ def test_what_make_run_prints_is_what_the_readme_shows(cosim: Callable[..., Any]
 
 @pytest.mark.parametrize("file", re.findall(r"\]\(((?!http)[^)#]+)\)", README))
 def test_links_lead_somewhere(file: str) -> None:
-    assert (Path(__file__).parent.parent / file).exists()
+    assert (Path(__file__).parents[2] / file).exists()

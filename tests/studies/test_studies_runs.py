@@ -1,6 +1,6 @@
 """The studies that run the coupled vehicle, each in its short form: against stored norms where a run is not chaotic, and physics.
 
-The norms in tests/norms are what the scripts wrote, with the command that made them. "chaotic" stands there in place of what
+The norms in norms are what the scripts wrote, with the command that made them. "chaotic" stands there in place of what
 comes of runs that hunt in the flanges: no figure of those is repeated by another compiler.
 """
 
@@ -18,7 +18,7 @@ import pytest
 from gyro_cosim.railway.comfort import W_B, W_D, mean_comfort
 from gyro_cosim.trajectory import Trajectory
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 # Runs with the gyro do not hunt: what another compiler's last digits make of them stays far below this.
 SAME = 1e-3
 
@@ -61,7 +61,7 @@ def same(found: Any, norm: Any) -> None:
     pytest.param("comfort", marks=pytest.mark.slow),  # it builds the FMU with 192 harmonics first
 ])  # fmt: skip
 def test_the_short_study_meets_its_norms(short: Callable[[str], dict[str, Any]], study: str) -> None:
-    norm = json.loads((ROOT / "tests" / "norms" / f"{study}.json").read_text())
+    norm = json.loads((Path(__file__).parent / "norms" / f"{study}.json").read_text())
     assert norm.pop("command") == f"python studies/{study}.py --short"
     same(short(study), norm)
 

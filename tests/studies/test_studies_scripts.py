@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def compare(found: Any, stored: Any, where: str) -> None:
 
 @pytest.mark.parametrize("name", ["root_locus", "stability_map", "critical_speed", "optimum"])
 def test_study_meets_its_norms(name: str, short: Callable[[str], dict[str, Any]]) -> None:
-    stored = json.loads((ROOT / "tests" / "norms" / f"{name}.json").read_text())
+    stored = json.loads((Path(__file__).parent / "norms" / f"{name}.json").read_text())
     assert stored.pop("command") == f"python studies/{name}.py --short"
     found = short(name)
     compare({key: value for key, value in found.items() if key != "command"}, stored, name)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 NAMED = re.compile(r"(?:#|<!--) (\w+\.(?:py|toml|ssd))")
 
 

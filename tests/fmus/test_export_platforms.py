@@ -18,6 +18,7 @@ from gyro_cosim.fmus.compiler import PLATFORMS
 from gyro_cosim.fmus.package import _header_folder
 
 pytestmark = pytest.mark.slow
+SUPPORT = Path(__file__).parents[1] / "support"
 SYSROOT = Path("/usr/aarch64-linux-gnu")  # Debian's libc6-arm64-cross
 
 
@@ -37,7 +38,7 @@ def run(path: Path, folder: Path, library: Path, driver: list[str], env: dict[st
 def build_driver(folder: Path, target: str, suffix: str = "") -> Path:
     program = folder / f"driver{suffix}"
     command = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS[target].target, "-O1", f"-I{_header_folder()}"]
-    subprocess.run([*command, "-o", program, Path(__file__).parent / "fmu_driver.c"], check=True)
+    subprocess.run([*command, "-o", program, SUPPORT / "fmu_driver.c"], check=True)
     return program
 
 
@@ -83,5 +84,5 @@ def test_sanitizers_find_nothing(built: Callable, name: str, tmp_path: Path) -> 
     library = tmp_path / "library.so"
     subprocess.run([compiler, *flags, "-shared", "-fPIC", "-o", library, *files, "-lm"], cwd=folder / "sources", check=True)
     driver = tmp_path / "driver"
-    subprocess.run([compiler, *flags, "-o", driver, Path(__file__).parent / "fmu_driver.c", "-ldl"], check=True)
+    subprocess.run([compiler, *flags, "-o", driver, SUPPORT / "fmu_driver.c", "-ldl"], check=True)
     assert run(path, folder, library, [str(driver)]).shape == (50, len(c.outputs))

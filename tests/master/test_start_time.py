@@ -168,7 +168,7 @@ def test_starts_that_make_no_sense_are_refused(options: tuple[str, ...], words: 
 
 
 def test_the_page_about_running_fmus_works_as_written(cosim: Callable[..., Any]) -> None:
-    page = Path(__file__).parent.parent / "docs" / "master.md"
+    page = Path(__file__).parents[2] / "docs" / "master.md"
     text = page.read_text(encoding="utf-8")
     commands = [line for block in re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL) for line in block.splitlines()]
     assert commands
