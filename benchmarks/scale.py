@@ -9,7 +9,7 @@ import time
 from rich.console import Console
 from rich.table import Table
 
-from gyro_cosim import Connection, GaussSeidel, Jacobi, Part, System
+from gyro_cosim import Connection, GaussSeidel, Jacobi, System, SystemComponent
 from gyro_cosim.master import open_network, run
 from gyro_cosim.master.stepping import Options
 from gyro_cosim.systems import catalogue
@@ -21,8 +21,8 @@ FMU_STEPS = 2_000_000  # FMUs times macro steps of each run
 def pairs(n: int) -> System:
     """n wheel pairs, each with its gyro unit and of a speed of its own, in one system."""
     vehicle, gyro = str(catalogue.fmu("vehicle:wheel_pair")), str(catalogue.fmu("gyro_unit:linear"))
-    parts = [Part(f"vehicle{k}", vehicle, {"speed": 5.0 + 10.0 * k / n}) for k in range(n)]
-    parts += [Part(f"gyro{k}", gyro) for k in range(n)]
+    parts = [SystemComponent(f"vehicle{k}", vehicle, {"speed": 5.0 + 10.0 * k / n}) for k in range(n)]
+    parts += [SystemComponent(f"gyro{k}", gyro) for k in range(n)]
     wires = [Connection((f"vehicle{k}", "yaw_rate"), (f"gyro{k}", "yaw_rate")) for k in range(n)]
     wires += [Connection((f"gyro{k}", "yaw_moment"), (f"vehicle{k}", "yaw_moment")) for k in range(n)]
     return System(f"{n} pairs", tuple(parts), tuple(wires))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from gyro_cosim import Connection, Jacobi, Part, System, figures, simulate, system
+from gyro_cosim import Connection, Jacobi, System, SystemComponent, figures, simulate, system
 from gyro_cosim.master import Options
 from gyro_cosim.master.recording import Recording
 from gyro_cosim.stability import AtRest, measured_root
@@ -30,7 +30,7 @@ BOUND = 0.5  # m/s, the lowest speed of the full vehicle; curves go below it to 
 
 # ---- systems: name, plan, states that nothing depends on, signal, spins run in time, range of speeds, length of the runs (s)
 wheelset = System(
-    "wheelset", (Part("vehicle", "vehicle:wheelset"), Part("gyro", "gyro_unit:linear_full")),
+    "wheelset", (SystemComponent("vehicle", "vehicle:wheelset"), SystemComponent("gyro", "gyro_unit:linear_full")),
     (Connection(("vehicle", "yaw_rate"), ("gyro", "yaw_rate")), Connection(("gyro", "yaw_moment"), ("vehicle", "yaw_moment"))),
 )  # fmt: skip
 solid, free = system("lrt-straight").with_source("vehicle", "lrt_solid_axle"), system("lrt-straight-b")

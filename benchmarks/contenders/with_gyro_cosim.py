@@ -2,7 +2,7 @@
 
 from case import answer, asked
 
-from gyro_cosim import Connection, GaussSeidel, Jacobi, Part, System
+from gyro_cosim import Connection, GaussSeidel, Jacobi, System, SystemComponent
 from gyro_cosim.master import open_network, run
 
 REPEATS = 10  # as the C loop
@@ -13,7 +13,7 @@ def main() -> None:
     case = asked()
     system = System(
         "pair",
-        tuple(Part(name, path) for name, path in case.fmus.items()),
+        tuple(SystemComponent(name, path) for name, path in case.fmus.items()),
         tuple(Connection((a, out), (b, into)) for a, out, b, into in case.connections),
     )
     algorithm = GaussSeidel(0, tuple(case.fmus)) if case.algorithm == "gauss-seidel" else Jacobi(0)

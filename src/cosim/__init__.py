@@ -10,7 +10,7 @@ from .coupling import Algorithm, GaussSeidel, Iterated, Jacobi
 from .errors import ConvergenceError, RunError, SlaveError, WiringError
 from .master import Run, simulate
 from .ssp import system
-from .systems import Connection, Part, PowerBond, System
+from .systems import Connection, PowerBond, System, SystemComponent
 from .trajectory import Trajectory
 
 __all__ = [
@@ -20,12 +20,12 @@ __all__ = [
     "GaussSeidel",
     "Iterated",
     "Jacobi",
-    "Part",
     "PowerBond",
     "Run",
     "RunError",
     "SlaveError",
     "System",
+    "SystemComponent",
     "Trajectory",
     "WiringError",
     "simulate",

@@ -97,9 +97,9 @@ def test_joined_linearisations_are_the_monoliths_jacobian() -> None:
 
 
 def test_a_component_without_derivatives_has_no_margin_but_a_certificate() -> None:
-    from gyro_cosim import Part
+    from gyro_cosim import SystemComponent
 
-    plan = System("s", (Part("count", f"{oscillators.HERE}:counter"),), ())
+    plan = System("s", (SystemComponent("count", f"{oscillators.HERE}:counter"),), ())
     with open_network(plan, in_process=True) as network:
         result = run(network, Jacobi(1), 1e-2, 0.1)
         assert certify(network, result, 0.1).stability is None

@@ -147,7 +147,7 @@ def test_values_go_to_the_variants_that_have_them() -> None:
     assert [c.ignored for c in result.candidates] == [(), ("gyro.rotor_speed",), ()]
     assert result.candidates[2].verdict
     assert result.candidates[0].run is not None
-    assert dict(result.candidates[0].run.system.parts[0].values)["speed"] == "5m/s"
+    assert dict(result.candidates[0].run.system.components[0].values)["speed"] == "5m/s"
 
 
 def test_a_variant_that_fails_gets_a_no_and_the_others_their_due() -> None:

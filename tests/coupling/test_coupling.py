@@ -7,7 +7,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, Part, System, simulate, system
+from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.accuracy.convergence import converge, ladder, own_error
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
@@ -131,7 +131,7 @@ def test_wrong_degree_and_sequence_are_refused() -> None:
 
 def test_uncoupled_slaves_need_no_algorithm() -> None:
     """Without connections every algorithm gives the same bits."""
-    alone = System("s", (Part("left", f"{oscillators.HERE}:left"),), ())
+    alone = System("s", (SystemComponent("left", f"{oscillators.HERE}:left"),), ())
     runs = [simulate(alone, algorithm=a, step=0.01, stop=0.5, in_process=True).trajectory.values for a in ALGORITHMS]
     for other in runs[1:]:
         np.testing.assert_array_equal(runs[0], other)
@@ -140,7 +140,7 @@ def test_uncoupled_slaves_need_no_algorithm() -> None:
 def test_algebraic_loops_are_solved_at_every_communication_point() -> None:
     """Two gains in a ring with a bias: y_a = 2 y_b + 1, y_b = y_a / 4 + 3, so y_a = 14 and y_b = 6.5."""
     gain = f"{oscillators.HERE}:crossed"
-    parts = (Part("a", gain, {"gain": 2.0, "bias": 1.0}), Part("b", gain, {"gain": 0.25, "bias": 3.0}))
+    parts = (SystemComponent("a", gain, {"gain": 2.0, "bias": 1.0}), SystemComponent("b", gain, {"gain": 0.25, "bias": 3.0}))
     ring = System("ring", parts, (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))))
     for algorithm in (Jacobi(0), GaussSeidel(1), Iterated(1)):
         values = simulate(ring, algorithm=algorithm, step=0.1, stop=0.3, in_process=True).trajectory.values
@@ -167,7 +167,7 @@ def test_a_loop_of_any_gain_leaves_no_more_than_rounding(n: int) -> None:
 
     Beside the loop a chain of the second outputs runs the other way round the same slaves, and begins at the loop.
     """
-    parts = tuple(Part(f"p{k}", f"{__file__}:bent") for k in range(n))
+    parts = tuple(SystemComponent(f"p{k}", f"{__file__}:bent") for k in range(n))
     ring = [Connection((f"p{k}", "y"), (f"p{(k + 1) % n}", "u")) for k in range(n)]
     chain = [Connection((f"p{k + 1}", "z"), (f"p{k}", "v")) for k in range(n - 1)]
     plan = System("ring", parts, (*ring, *chain, Connection(("p0", "y"), (f"p{n - 1}", "v"))))
@@ -220,7 +220,7 @@ def test_held_signals_are_never_extrapolated() -> None:
     from dataclasses import replace
 
     plan = System(
-        "s", (Part("count", f"{oscillators.HERE}:counter"), Part("reader", f"{oscillators.HERE}:crossed")),
+        "s", (SystemComponent("count", f"{oscillators.HERE}:counter"), SystemComponent("reader", f"{oscillators.HERE}:crossed")),
         (Connection(("count", "count"), ("reader", "u")),),
     )  # fmt: skip
     with open_network(plan, in_process=True) as network:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import small_fmus
 
-from gyro_cosim import Connection, Jacobi, Part, SlaveError, System, WiringError, simulate
+from gyro_cosim import Connection, Jacobi, SlaveError, System, SystemComponent, WiringError, simulate
 from gyro_cosim.slaves import Slave, open_slave
 from gyro_cosim.systems import catalogue
 
@@ -98,8 +98,8 @@ def test_what_cannot_serialize_says_so(tmp_path: Path) -> None:
 def typed(folder: Path) -> System:
     """Both hand-made FMUs; the FMI 2.0 one drives the other's integer, boolean and one element of its array."""
     parts = (
-        Part("m", str(small_fmus.mixed(folder, unit_in="chain")), {"u": "1000m", "mode": "slow", "add": 2}),
-        Part("a", str(small_fmus.arrays(folder)), {
+        SystemComponent("m", str(small_fmus.mixed(folder, unit_in="chain")), {"u": "1000m", "mode": "slow", "add": 2}),
+        SystemComponent("a", str(small_fmus.arrays(folder)), {
             "u": "1 2 3", "gain": (2, 3, 4), "gain[2]": 10, "label": ("abc", "de"), "blob": "00ff01", "huge": 2**40,
             "single": 0.5, "mode": "fast",
         }),
@@ -165,7 +165,9 @@ def test_connections_between_types_that_do_not_fit_are_refused(tmp_path: Path, s
 
 def test_whole_arrays_are_connected_element_by_element(tmp_path: Path) -> None:
     file = str(small_fmus.arrays(tmp_path))
-    plan = System("s", (Part("a", file, {"u": "1 2 3"}), Part("b", file)), (Connection(("a", "y"), ("b", "u")),))
+    plan = System(
+        "s", (SystemComponent("a", file, {"u": "1 2 3"}), SystemComponent("b", file)), (Connection(("a", "y"), ("b", "u")),)
+    )
     end = simulate(plan, step=0.01, stop=0.05, algorithm=Jacobi(0)).trajectory.end()
     assert [end[f"b.y[{i}]"] for i in (1, 2, 3)] == [1, 2, 3]
 
@@ -177,7 +179,7 @@ def test_an_fmi_3_step_that_ends_early_without_leave_is_a_failure(tmp_path: Path
 
 def test_integers_that_would_be_rounded_are_refused(tmp_path: Path) -> None:
     """2^53 comes through to the last digit, the 2^53 + 1 that this FMU makes of it does not."""
-    plan = System("s", (Part("a", str(small_fmus.arrays(tmp_path)), {"huge": 2**53 - 1, "tiny": -128}),), ())
+    plan = System("s", (SystemComponent("a", str(small_fmus.arrays(tmp_path)), {"huge": 2**53 - 1, "tiny": -128}),), ())
     end = simulate(plan, step=0.1, stop=0.2).trajectory.end()
     assert (end["a.huge_out"], end["a.tiny_out"]) == (2**53 - 1, -128)
     with pytest.raises(SlaveError, match=r"output 'huge_out' must be at most 2\^53 in size .*, got 9007199254740993"):
@@ -245,7 +247,9 @@ def test_descriptions_that_break_the_rules_are_refused_with_file_and_line(tmp_pa
 def test_units_with_an_offset_are_shifted(tmp_path: Path) -> None:
     """Heights "uphill" count from 100 m."""
     m, a = small_fmus.mixed(tmp_path, unit_out="uphill"), small_fmus.arrays(tmp_path)
-    plan = System("s", (Part("m", str(m), {"u": 3.0}), Part("a", str(a))), (Connection(("m", "y"), ("a", "u[1]")),))
+    plan = System(
+        "s", (SystemComponent("m", str(m), {"u": 3.0}), SystemComponent("a", str(a))), (Connection(("m", "y"), ("a", "u[1]")),)
+    )
     end = simulate(plan, step=0.01, stop=0.05, algorithm=Jacobi(0)).trajectory.end()
     assert (end["m.y"], end["a.y[1]"]) == (6, 106)
 

@@ -14,7 +14,7 @@ from gyro_cosim.cli.delay import remedy
 from gyro_cosim.comparison.candidates import five_percent
 from gyro_cosim.hil.compensation import COMPENSATORS, Filter, Impulse, PassivityController, Polynomial, Uncompensated, delay_taps
 from gyro_cosim.hil.delay_margin import (
-    Setting,
+    DelayStudy,
     by_eigenvalues,
     by_runs,
     delay_map,
@@ -22,14 +22,14 @@ from gyro_cosim.hil.delay_margin import (
     verdict_by_model,
     verdict_by_runs,
 )
-from gyro_cosim.hil.delayed_slave import Interface
+from gyro_cosim.hil.delayed_slave import DelayedSlave
 from gyro_cosim.hil.sampled_model import linearise
 from gyro_cosim.master import run
 from gyro_cosim.slaves import open_slave
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm").with_value("vehicle.yaw_angle", 0.05)
 NONLINEAR = PLAN.with_source("gyro", "nonlinear")
-SETTING = Setting(PLAN, step=0.04, stop=20.0, longest=0.3)
+SETTING = DelayStudy(PLAN, step=0.04, stop=20.0, longest=0.3)
 LIMITS = five_percent(PLAN, "gyro")
 
 
@@ -162,7 +162,7 @@ def test_the_passivity_controller_takes_back_what_was_made() -> None:
 
 
 def test_an_interface_repeats_its_step_after_a_restore() -> None:
-    unit = Interface(open_slave("gyro", "gyro_unit:nonlinear", in_process=True), [(0, 0)], step=0.01, delay=0.033,
+    unit = DelayedSlave(open_slave("gyro", "gyro_unit:nonlinear", in_process=True), [(0, 0)], step=0.01, delay=0.033,
                      compensator=Polynomial(1), passive=True)  # fmt: skip
     rate = sine(0.5, 6.0)
     unit.initialize({}, 0.0, 1.0)

@@ -11,7 +11,7 @@ from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fmus, simul
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.kernel import driver
 from gyro_cosim.master import open_network
-from gyro_cosim.systems import Connection, Part, catalogue
+from gyro_cosim.systems import Connection, SystemComponent, catalogue
 
 ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
 
@@ -72,7 +72,9 @@ def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.Mon
 @pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])
 def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(driver, "LONG", long)
-    broken = System("s", (Part("clock", f"{oscillators.HERE}:fails"), Part("left", f"{oscillators.HERE}:left")), ())
+    broken = System(
+        "s", (SystemComponent("clock", f"{oscillators.HERE}:fails"), SystemComponent("left", f"{oscillators.HERE}:left")), ()
+    )
     with pytest.raises(SlaveError, match=r"component 'clock' failed at t = 0\.5") as caught:
         simulate(broken, step=0.01, stop=1.0)
     partial = caught.value.partial
@@ -89,7 +91,7 @@ def test_an_output_that_is_no_number_stops_all_paths_alike(
     kind: str, into: tuple[str, str], algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whether it is connected or not, to what feeds it through or not: the same error, the same results before it."""
-    parts = tuple(Part(name, f"{oscillators.HERE}:{of}") for name, of in
+    parts = tuple(SystemComponent(name, f"{oscillators.HERE}:{of}") for name, of in
                   (("clock", kind), ("left", "left"), ("right", "right")))  # fmt: skip
     wires = tuple(Connection(("clock", "reading"), into) for _ in (into,) if into)
     said, values = [], []
@@ -111,8 +113,8 @@ def test_an_output_that_is_no_number_stops_all_paths_alike(
 
 def test_a_connected_input_never_goes_back_to_its_start_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """The inverse would be infinite there. Its other input, which nobody connects, keeps what it was given."""
-    clock = Part("clock", f"{oscillators.HERE}:fails", {"clock": 0.5, "breaks_at": 10.0})
-    plan = System("s", (clock, Part("one", f"{oscillators.HERE}:inverse", {"u": 0.0, "v": 3.0})),
+    clock = SystemComponent("clock", f"{oscillators.HERE}:fails", {"clock": 0.5, "breaks_at": 10.0})
+    plan = System("s", (clock, SystemComponent("one", f"{oscillators.HERE}:inverse", {"u": 0.0, "v": 3.0})),
                   (Connection(("clock", "reading"), ("one", "u")),))  # fmt: skip
     for run in three_ways(plan, Jacobi(1), monkeypatch, 1e-2, 1.0):
         np.testing.assert_allclose(run.trajectory["one.y"], 1 / run.trajectory["clock.reading"] + 3.0, rtol=1e-12)
@@ -129,7 +131,7 @@ def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch)
 def pair_3(tmp_path_factory: pytest.TempPathFactory) -> System:
     """The oscillators as FMI 3.0 FMUs."""
     plan, folder = oscillators.pair(cubic=3.0), tmp_path_factory.mktemp("fmi3")
-    for part in plan.parts:
+    for part in plan.components:
         (file,) = fmus.export(catalogue.component(part.source), folder, fmi=("3",))
         plan = plan.with_source(part.name, str(file))
     return plan
@@ -158,7 +160,7 @@ def test_events_interrupt_the_inner_loop_where_they_are(
 ) -> None:
     """State and time events, an FMU that ends the run, and two that never settle: the same on all paths."""
     ball = small_fmus.ball(tmp_path, events=events != 0, smooth=True)
-    plan = System("s", (Part("ball", str(ball), values),), ())
+    plan = System("s", (SystemComponent("ball", str(ball), values),), ())
     with open_network(plan) as network:
         network.initialize(0.0, 1.0)
         assert driver.fits(network, Jacobi(1))
@@ -185,7 +187,7 @@ def test_a_thousand_fmus_run() -> None:
     pair = oscillators.pair()
     parts, wires = [], []
     for m in range(500):
-        parts += [Part(f"{p.name}{m}", p.source, p.values) for p in pair.parts]
+        parts += [SystemComponent(f"{p.name}{m}", p.source, p.values) for p in pair.components]
         wires += [Connection((f"{a}{m}", x), (f"{b}{m}", y)) for (a, x), (b, y) in ((c.start, c.end) for c in pair.connections)]
     many = simulate(System("many", tuple(parts), tuple(wires)), step=1e-2, stop=0.2).trajectory
     one = simulate(pair, step=1e-2, stop=0.2).trajectory

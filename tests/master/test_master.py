@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyro_cosim import Algorithm, GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
+from gyro_cosim import Algorithm, GaussSeidel, Jacobi, SlaveError, System, SystemComponent, simulate, system
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.master import macro_steps
 from gyro_cosim.trajectory import read_csv
@@ -114,7 +114,7 @@ def test_a_run_whose_coupling_makes_energy_says_so() -> None:
 
 
 def test_a_failing_component_is_named_and_the_results_so_far_are_kept() -> None:
-    broken = System("s", (Part("clock", f"{oscillators.HERE}:fails"),), ())
+    broken = System("s", (SystemComponent("clock", f"{oscillators.HERE}:fails"),), ())
     with pytest.raises(SlaveError, match=r"component 'clock' failed at t = 0\.6.*output 'reading' must be finite") as caught:
         simulate(broken, step=0.1, stop=1.0, in_process=True)
     partial = caught.value.partial

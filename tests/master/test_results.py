@@ -17,7 +17,7 @@ from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recording
-from gyro_cosim.systems import Part, StopWhen, System
+from gyro_cosim.systems import StopWhen, System, SystemComponent
 from gyro_cosim.trajectory import read_csv
 
 PAIR = system("wheel-pair")
@@ -161,7 +161,7 @@ def bent() -> Component:
 def test_an_algebraic_loop_is_solved_alike_after_a_resume_and_in_another_run(tmp_path: Path) -> None:
     """What its solver keeps from point to point decides on the last bits."""
     wires = (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u")))
-    ring = System("ring", tuple(Part(name, f"{__file__}:bent") for name in "ab"), wires)
+    ring = System("ring", tuple(SystemComponent(name, f"{__file__}:bent") for name in "ab"), wires)
 
     def kill(k: int) -> None:
         if k == 60:
@@ -211,7 +211,7 @@ def test_trajectories_become_frames_and_datasets() -> None:
 def test_a_stop_condition_ends_the_run_at_the_step_where_it_holds(in_process: bool) -> None:
     """Some steps later the component could not even go on: what it did there is dropped, and no error."""
     clock = System(
-        "s", (Part("clock", f"{oscillators.HERE}:fails"),), (),
+        "s", (SystemComponent("clock", f"{oscillators.HERE}:fails"),), (),
         stop_when=(StopWhen(("clock", "reading"), 0.51, "half a second has passed"),),
     )  # fmt: skip
     run = simulate(clock, step=0.02, stop=1.0, in_process=in_process)

@@ -11,7 +11,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Iterated, Jacobi, Part, System, simulate, system
+from gyro_cosim import GaussSeidel, Iterated, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.accuracy.certificate import certify
 from gyro_cosim.accuracy.convergence import converge
 from gyro_cosim.accuracy.monolith import Monolith
@@ -69,7 +69,7 @@ def test_far_from_zero_no_step_is_too_many_and_the_end_is_hit(start: float) -> N
 @pytest.mark.parametrize("in_process", [True, False], ids=["component", "fmu"])
 def test_a_sampled_part_keeps_to_the_clock(in_process: bool) -> None:
     """It ticks at whole multiples of its period, wherever the run begins: at 0.01, 0.02, ..., 0.09 s."""
-    plan = System("s", (Part("s", f"{oscillators.HERE}:counter"),), ())
+    plan = System("s", (SystemComponent("s", f"{oscillators.HERE}:counter"),), ())
     end = simulate(plan, step=0.01, start=0.005, stop=0.1, in_process=in_process).trajectory.end()
     assert end["s.count"] == 9
     assert end["s.total"] == pytest.approx(0.01 * sum(range(1, 10)), rel=1e-9)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import small_fmus
 
-from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, Part, SlaveError, System, simulate
+from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, SlaveError, System, SystemComponent, simulate
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
@@ -31,7 +31,7 @@ def flight(t: np.ndarray, e: float = 0.7) -> tuple[np.ndarray, np.ndarray]:
 
 
 def one(file: Path, **values: float) -> System:
-    return System("s", (Part("ball", str(file), values),), ())
+    return System("s", (SystemComponent("ball", str(file), values),), ())
 
 
 @pytest.mark.parametrize("isolate", [False, True])
@@ -69,7 +69,9 @@ def test_announced_times_are_met(step: float, start: float, tmp_path: Path) -> N
 def test_a_discrete_input_changes_in_event_mode(tmp_path: Path) -> None:
     """Each impact of the first ball kicks the second, once: what changes between two steps is an event of its own."""
     file = str(small_fmus.ball(tmp_path))
-    plan = System("s", (Part("a", file), Part("b", file, {"h": 50.0})), (Connection(("a", "impacts"), ("b", "kick")),))
+    plan = System(
+        "s", (SystemComponent("a", file), SystemComponent("b", file, {"h": 50.0})), (Connection(("a", "impacts"), ("b", "kick")),)
+    )
     done = simulate(plan, step=0.01, stop=2.0)
     assert done.events == {"a": 4, "b": 4}
     t = done.trajectory.t
@@ -82,7 +84,7 @@ def test_a_discrete_input_changes_in_event_mode(tmp_path: Path) -> None:
 def test_an_event_can_end_the_run(how: str, tmp_path: Path) -> None:
     """The third impact is the last: in the midst of a step, which then is not there, or at its end."""
     file, isolate = small_fmus.ball(tmp_path), how == "isolated"
-    plan = System("s", (Part("ball", f"process:{file}" if how == "remote" else str(file), {"last": 3}),), ())
+    plan = System("s", (SystemComponent("ball", f"process:{file}" if how == "remote" else str(file), {"last": 3}),), ())
     third = np.sqrt(2.0 / G) * (1 + 2 * 0.7 + 2 * 0.7**2)
     half = third / 2 * (1 + 1e-10)  # a hair more, so that rounding does not put it into the next step
     done = simulate(plan, step=0.1, stop=2.0, isolate=isolate)
@@ -110,8 +112,10 @@ def test_an_fmu_that_never_leaves_an_event_is_given_up(fault: str, words: str, t
 @pytest.mark.parametrize("algorithm", [GaussSeidel(1), Iterated(1), Iterated(1, solver="newton")], ids=lambda a: a.name)
 def test_events_of_steps_that_are_taken_back_do_not_count(algorithm: Algorithm, tmp_path: Path) -> None:
     file = str(small_fmus.ball(tmp_path))
-    plan = System("s", (Part("a", file, {"period": 0.03}), Part("b", file)), (Connection(("a", "h"), ("b", "e")),))
-    plan = System("s", plan.parts, (Connection(("a", "ticks"), ("b", "kick")),))
+    plan = System(
+        "s", (SystemComponent("a", file, {"period": 0.03}), SystemComponent("b", file)), (Connection(("a", "h"), ("b", "e")),)
+    )
+    plan = System("s", plan.components, (Connection(("a", "ticks"), ("b", "kick")),))
     plain = simulate(plan, algorithm=Jacobi(0), step=0.01, stop=1.0)
     again = simulate(plan, algorithm=algorithm, step=0.01, stop=1.0)
     assert again.events["a"] == plain.events["a"] == 1 + 33
@@ -120,7 +124,9 @@ def test_events_of_steps_that_are_taken_back_do_not_count(algorithm: Algorithm, 
 
 def test_adaptive_steps_and_events_go_together(tmp_path: Path) -> None:
     file = str(small_fmus.ball(tmp_path))
-    plan = System("s", (Part("a", file), Part("b", file, {"h": 50.0})), (Connection(("a", "impacts"), ("b", "kick")),))
+    plan = System(
+        "s", (SystemComponent("a", file), SystemComponent("b", file, {"h": 50.0})), (Connection(("a", "impacts"), ("b", "kick")),)
+    )
     done = simulate(plan, step=0.01, stop=0.4, options=Options(adaptive=Adaptive(1e-3)))
     np.testing.assert_allclose(done.trajectory["a.h"], flight(done.trajectory.t)[0], rtol=0, atol=1e-12)
     assert done.events == {"a": 0, "b": 0}
@@ -128,7 +134,7 @@ def test_adaptive_steps_and_events_go_together(tmp_path: Path) -> None:
 
 def test_a_run_that_is_resumed_remembers_its_events(tmp_path: Path) -> None:
     file = str(small_fmus.ball(tmp_path))
-    parts = Part("a", file, {"period": 0.07}), Part("b", file, {"h": 50.0})
+    parts = SystemComponent("a", file, {"period": 0.07}), SystemComponent("b", file, {"h": 50.0})
     plan = System("s", parts, (Connection(("a", "ticks"), ("b", "kick")),))
 
     def kill(k: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import small_fmus
 
-from gyro_cosim import Connection, ConvergenceError, Jacobi, Part, SlaveError, System, WiringError, simulate
+from gyro_cosim import Connection, ConvergenceError, Jacobi, SlaveError, System, SystemComponent, WiringError, simulate
 from gyro_cosim.master import open_network, run
 from gyro_cosim.slaves.processes import serving
 from gyro_cosim.ssp.packing import pack
@@ -19,13 +19,13 @@ VERSIONS = ((2, 2, 2), (3, 3, 3), (3, 2, 3))
 def chain(files: tuple[Path, ...], prefix: str = "") -> System:
     """a -> b -> c, in the order c, b, a, so that the system's own order is the wrong one: starts at 3, 6, 7."""
     values = {"gain": 1.0, "bias": 1.0}, {"gain": 2.0}, {"gain": 0.0, "bias": 3.0}
-    parts = tuple(Part(name, f"{prefix}{file}", v) for name, file, v in zip("cba", files, values, strict=True))
+    parts = tuple(SystemComponent(name, f"{prefix}{file}", v) for name, file, v in zip("cba", files, values, strict=True))
     return System("chain", parts, (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("c", "u"))))
 
 
 def ring(file: Path, gain: float) -> System:
     """x_a(0) = gain x_b(0) + 1 and the same the other way round: both start at 1 / (1 - gain)."""
-    parts = tuple(Part(name, str(file), {"gain": gain, "bias": 1.0}) for name in "ab")
+    parts = tuple(SystemComponent(name, str(file), {"gain": gain, "bias": 1.0}) for name in "ab")
     return System("ring", parts, (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))))
 
 
@@ -84,7 +84,7 @@ def test_an_fmu_that_is_silent_in_initialization_mode_is_named(version: int, iso
         plan = chain((file, file, file)).with_value("b.silent", silent)
         with pytest.raises(SlaveError, match=f"component 'b' failed at t = 2 s: {words}"):
             simulate(plan, step=0.1, start=2.0, stop=3.0, isolate=isolate)
-        alone = System("s", (Part("s", str(file), {"silent": silent, "u": 4.0}),), ())
+        alone = System("s", (SystemComponent("s", str(file), {"silent": silent, "u": 4.0}),), ())
         assert simulate(alone, step=0.1, stop=1.0, isolate=isolate).trajectory["s.y"][0] == 4.0
 
 
@@ -111,7 +111,10 @@ def test_a_unit_without_initialization_mode_is_started_as_a_whole(
         monkeypatch.setattr(serving, "introduction", lambda s: {k: v for k, v in told(s).items() if k not in hidden})
     file = small_fmus.follower(tmp_path, 2)
     with offered(open_slave("unit", str(file))) as port:
-        parts = Part("a", str(file), {"gain": 0.0, "bias": 3.0}), Part("b", f"tcp://127.0.0.1:{port}", {"bias": 1.0})
+        parts = (
+            SystemComponent("a", str(file), {"gain": 0.0, "bias": 3.0}),
+            SystemComponent("b", f"tcp://127.0.0.1:{port}", {"bias": 1.0}),
+        )
         plan = System("s", parts, (Connection(("a", "y"), ("b", "u")),))
         trajectory = simulate(plan, algorithm=Jacobi(0), step=0.1, stop=0.5).trajectory
     assert trajectory["b.y"][0] == (4.0 if initializes else 1.0)

@@ -14,7 +14,7 @@ import pytest
 import small_fmus
 from small_fmus import FAULTS
 
-from gyro_cosim import Connection, Part, SlaveError, System, simulate, system
+from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate, system
 from gyro_cosim.slaves import open_slave, scratch
 from gyro_cosim.slaves.processes.isolated import IsolatedSlave
 from gyro_cosim.ssp.packing import pack
@@ -37,7 +37,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
 def broken(folder: Path, fault: str) -> System:
     """A mixed FMU that breaks at the first step that reaches t = 0.05 s, and one beside it."""
     file = small_fmus.mixed(folder)
-    parts = (Part("bad", str(file), {"fault": FAULTS[fault], "text": "oh no"}), Part("good", str(file)))
+    parts = (SystemComponent("bad", str(file), {"fault": FAULTS[fault], "text": "oh no"}), SystemComponent("good", str(file)))
     return System("s", parts, (Connection(("good", "count"), ("bad", "add")),), step=0.01, stop=0.1)
 
 

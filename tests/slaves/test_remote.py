@@ -18,7 +18,7 @@ import pytest
 from gyro_cosim import Jacobi, SlaveError, simulate, system
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.slaves.base import Slave
-from gyro_cosim.slaves.processes.protocol import HEADER, MAGIC, Kind, Link, NonsenseError, array
+from gyro_cosim.slaves.processes.protocol import HEADER, MAGIC, Kind, Link, ProtocolError, array
 from gyro_cosim.slaves.processes.remote import RemoteSlave, parse
 from gyro_cosim.slaves.processes.serving import listen, serve
 
@@ -324,7 +324,7 @@ def test_a_server_sends_nonsense_away_and_goes_on() -> None:
     here.close()
     there.close()
     slave.close()
-    with pytest.raises(NonsenseError, match="3 bytes are not 1 numbers"):
+    with pytest.raises(ProtocolError, match="3 bytes are not 1 numbers"):
         array(b"123", 1)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Jacobi, Part, SlaveError, System, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, SlaveError, System, SystemComponent, simulate, system
 from gyro_cosim.component import Component, build, state
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.systems import catalogue
@@ -77,7 +77,7 @@ def test_start_values_of_states_and_unconnected_inputs_can_be_set() -> None:
 
 def test_a_sampled_part_acts_at_its_own_period_whatever_the_macro_step() -> None:
     """A counter that adds one every 10 ms, and a ramp that follows it: the same at every macro step."""
-    plan = System("s", (Part("s", f"{oscillators.HERE}:counter"),), ())
+    plan = System("s", (SystemComponent("s", f"{oscillators.HERE}:counter"),), ())
     for h in (1e-3, 4e-3, 0.01, 0.025):
         for in_process in (True, False):
             end = simulate(plan, step=h, stop=0.1, in_process=in_process).trajectory.end()
@@ -151,7 +151,7 @@ def test_fmus_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
 
 def test_an_fmu_that_fails_in_a_step_says_when_and_why() -> None:
     """A component whose state runs to infinity in finite time: x' = x^2 from x = 1 ends at t = 1."""
-    broken = System("s", (Part("fast", f"{__file__}:runaway"),), ())
+    broken = System("s", (SystemComponent("fast", f"{__file__}:runaway"),), ())
     for in_process in (True, False):
         with pytest.raises(SlaveError, match=r"component 'fast' failed at t = (0\.9|1)") as caught:
             simulate(broken, step=0.1, stop=3.0, in_process=in_process)

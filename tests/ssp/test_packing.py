@@ -12,9 +12,9 @@ import pytest
 import small_fmus
 from lxml import etree
 
-from gyro_cosim import Connection, Jacobi, Part, System, simulate, system
+from gyro_cosim import Connection, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.ssp.packing import pack
-from gyro_cosim.systems import Hop, catalogue
+from gyro_cosim.systems import Conversion, catalogue
 
 
 def schema(name: str) -> etree.XMLSchema:
@@ -29,13 +29,13 @@ def packable(folder: Path) -> System:
     return System(
         "all kinds",
         (
-            Part("m", m, {"u": "100 m", "mode": "fast", "on": False, "text": "x < y", "add": 3}),
-            Part("a", a, {"gain": "1 2 3", "blob": b"\x00\x01", "label": ("p", "q")}),
-            Part("n", m),
+            SystemComponent("m", m, {"u": "100 m", "mode": "fast", "on": False, "text": "x < y", "add": 3}),
+            SystemComponent("a", a, {"gain": "1 2 3", "blob": b"\x00\x01", "label": ("p", "q")}),
+            SystemComponent("n", m),
         ),
         (
-            Connection(("m", "y"), ("a", "u[3]"), (Hop(factor=2.0, offset=1.0),)),
-            Connection(("m", "on_out"), ("n", "on"), (Hop(table=((0.0, 1.0), (1.0, 0.0))),)),
+            Connection(("m", "y"), ("a", "u[3]"), (Conversion(factor=2.0, offset=1.0),)),
+            Connection(("m", "on_out"), ("n", "on"), (Conversion(table=((0.0, 1.0), (1.0, 0.0))),)),
             Connection(("n", "count"), ("a", "tiny")),
         ),
         step=0.01, stop=0.1,

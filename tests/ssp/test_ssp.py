@@ -9,7 +9,7 @@ import oscillators
 import pytest
 import small_fmus
 
-from gyro_cosim import Connection, Jacobi, Part, System, WiringError, simulate, system
+from gyro_cosim import Connection, Jacobi, System, SystemComponent, WiringError, simulate, system
 from gyro_cosim.master import open_network
 from gyro_cosim.ssp.packing import pack
 
@@ -137,7 +137,7 @@ def test_connectors_may_state_units_that_only_the_file_defines(ssp: Ssp) -> None
     )  # fmt: skip
     wire = connection("a.y", "sub.way", '<ssc:LinearTransformation factor="1" offset="100"/>')
     plan = ssp(START + elements(component("a", "output y"), inner) + connections(wire))
-    assert [p.name for p in plan.parts] == ["a", "sub/b"]
+    assert [p.name for p in plan.components] == ["a", "sub/b"]
     assert end(plan)["sub/b.y"] == pytest.approx(2 * (3 + 100 * 0.5 / 201.168))
 
 
@@ -266,13 +266,13 @@ def test_a_system_may_hold_other_system_files_and_itself_once_more_by_id(ssp: Ss
     )
     below = ssd(elements(component("m", source="arrays.fmu"))).replace("arrays.fmu", "mixed.fmu")
     plan = ssp(elements(twin, again, other), resources__sub_dot_ssd=below)
-    assert [p.name for p in plan.parts] == ["one/a", "two/a", "three/m"]
-    assert plan.parts[2].bound == {"gain": 4}
+    assert [p.name for p in plan.components] == ["one/a", "two/a", "three/m"]
+    assert plan.components[2].bound == {"gain": 4}
     inside = (tmp_path / "x.ssp").read_bytes()
     nested = '<ssd:Component name="deep" source="resources/in.ssp" type="application/x-ssp-package"/>'
     plan = ssp(elements(nested), resources__in_dot_ssp=inside)
-    assert plan.parts[0].name == "deep/one/a"
-    assert plan.parts[0].source.endswith("x.ssp#resources/in.ssp#resources/mixed.fmu")
+    assert plan.components[0].name == "deep/one/a"
+    assert plan.components[0].source.endswith("x.ssp#resources/in.ssp#resources/mixed.fmu")
     assert end(plan)["deep/two/a.count"] == 10
 
 
@@ -361,7 +361,7 @@ def test_archives_that_are_wrong_are_refused_and_nothing_lands_outside(tmp_path:
 
 def test_info_spells_out_algebraic_loops(cosim_json: Callable[..., Any], ssp: Ssp, tmp_path: Path) -> None:
     gain = f"{oscillators.HERE}:crossed"
-    ring = System("ring", (Part("a", gain, {"gain": 0.5}), Part("b", gain, {"gain": 0.5})),
+    ring = System("ring", (SystemComponent("a", gain, {"gain": 0.5}), SystemComponent("b", gain, {"gain": 0.5})),
                   (Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("a", "u"))))  # fmt: skip
     pack(ring, tmp_path / "ring.ssp")
     (loop,) = cosim_json("info", str(tmp_path / "ring.ssp"))["loops"]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gyro_cosim import Connection, Part, System
+from gyro_cosim import Connection, System, SystemComponent
 from gyro_cosim.component import Bond, Component, build, input_, parameter, state
 from gyro_cosim.slaves import Slave, open_slave
 
@@ -33,7 +33,7 @@ def framed(unit: str) -> System:
     """The gyro unit on the free frame."""
     wires = (("frame", "gyro", "yaw_rate"), ("gyro", "frame", "yaw_moment"))
     return System(
-        "framed", (Part("frame", f"{HERE}:free_frame"), Part("gyro", unit)),
+        "framed", (SystemComponent("frame", f"{HERE}:free_frame"), SystemComponent("gyro", unit)),
         tuple(Connection((a, signal), (b, signal)) for a, b, signal in wires),
     )  # fmt: skip
 

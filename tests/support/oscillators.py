@@ -8,7 +8,7 @@ F depends directly on the right component's inputs, so this pair also exercises 
 
 import casadi as ca
 
-from gyro_cosim import Connection, Part, PowerBond, System
+from gyro_cosim import Connection, PowerBond, System, SystemComponent
 from gyro_cosim.component import Component, build, input_, output, parameter, state
 
 HERE = __file__
@@ -59,7 +59,7 @@ def pair(*, cubic: float = 0.0) -> System:
     """The coupled oscillator; with `cubic` a nonlinear one."""
     return System(
         "two-mass",
-        (Part("left", f"{HERE}:left", {"cubic": cubic}), Part("right", f"{HERE}:right")),
+        (SystemComponent("left", f"{HERE}:left", {"cubic": cubic}), SystemComponent("right", f"{HERE}:right")),
         (
             Connection(("left", "position"), ("right", "position")),
             Connection(("left", "velocity"), ("right", "velocity")),

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gyro_cosim import GaussSeidel, Jacobi, Part, System, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.sweeps import Listed, Measure, Ranged, Sweep, load, parse, sweep
 from gyro_cosim.sweeps.axes import latin_hypercube, points
 from gyro_cosim.sweeps.store import journal_of
@@ -21,7 +21,7 @@ from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 
 SPIN = {"gyro.rotor_speed": "0rpm:300rpm:6"}
-FAILS = System("alone", (Part("clock", f"{oscillators.HERE}:fails"),), ())
+FAILS = System("alone", (SystemComponent("clock", f"{oscillators.HERE}:fails"),), ())
 
 
 CASES = {

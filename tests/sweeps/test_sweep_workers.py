@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import small_fmus
 
-from gyro_cosim import Part, System, system
+from gyro_cosim import System, SystemComponent, system
 from gyro_cosim.sweeps import Sweep, load, sweep
 from gyro_cosim.sweeps.store import journal_of
 
@@ -84,7 +84,7 @@ def test_a_worker_that_is_killed_costs_only_its_runs(tmp_path: Path) -> None:
 
 
 def test_a_run_that_takes_its_process_with_it_is_a_row(tmp_path: Path) -> None:
-    plan = System("small", (Part("m", str(small_fmus.mixed(tmp_path))),), ())
+    plan = System("small", (SystemComponent("m", str(small_fmus.mixed(tmp_path))),), ())
     crash, leave = small_fmus.FAULTS["crash"], small_fmus.FAULTS["exit"]
     what = Sweep(plan, {"m.fault": f"0,{crash},{leave}", "m.gain": "1,2,3,4"}, steps=(0.01,), stop=0.1)
     outcome = sweep(what, tmp_path / "a.npz", workers=2)

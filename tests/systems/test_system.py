@@ -7,7 +7,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import Connection, Part, PowerBond, System, WiringError, simulate, ssp, system
+from gyro_cosim import Connection, PowerBond, System, SystemComponent, WiringError, simulate, ssp, system
 from gyro_cosim.master import open_network
 from gyro_cosim.systems import catalogue
 
@@ -16,7 +16,7 @@ GAIN = f"{oscillators.HERE}:crossed"
 
 def wired(*connections: Connection, sources: tuple[str, ...] = (GAIN, GAIN), bonds: tuple[PowerBond, ...] = ()) -> System:
     """Components a, b, ... with the given connections."""
-    return System("s", tuple(Part(n, s) for n, s in zip("abcdef", sources, strict=False)), connections, bonds)
+    return System("s", tuple(SystemComponent(n, s) for n, s in zip("abcdef", sources, strict=False)), connections, bonds)
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def wired(*connections: Connection, sources: tuple[str, ...] = (GAIN, GAIN), bon
             lambda: wired(Connection(("a", "y"), ("b", "u")), Connection(("b", "y"), ("b", "u"))),
             r"b\.u must have one source, has two",
         ),
-        (lambda: System("s", (Part("a", GAIN), Part("a", GAIN)), ()), "'a' twice"),
+        (lambda: System("s", (SystemComponent("a", GAIN), SystemComponent("a", GAIN)), ()), "'a' twice"),
         (lambda: wired(Connection(("a", "z"), ("b", "u"))), "unknown output of 'a': 'z'"),
         (lambda: wired(Connection(("a", "y"), ("b", "z"))), "unknown input of 'b': 'z'"),
         (
@@ -46,23 +46,23 @@ def test_wrong_wiring_is_refused(make: object, words: str) -> None:
 def test_chain_with_feedthrough_is_evaluated_from_source_to_end() -> None:
     """Five gains in a chain listed backwards: one pass of outputs must still carry the value through."""
     names = "abcde"
-    parts = tuple(Part(n, GAIN, {"gain": 2.0} | ({"u": 1.5} if n == "a" else {})) for n in reversed(names))
+    parts = tuple(SystemComponent(n, GAIN, {"gain": 2.0} | ({"u": 1.5} if n == "a" else {})) for n in reversed(names))
     chain = System("s", parts, tuple(Connection((a, "y"), (b, "u")) for a, b in pairwise(names)))
     assert simulate(chain, step=0.5, stop=1.0, in_process=True).trajectory["e.y"] == pytest.approx(1.5 * 2**5)
 
 
 def test_values_and_variants_address_one_component_or_a_family() -> None:
-    two = System("s", (Part("gyro_front", "gyro_unit:linear"), Part("gyro_rear", "gyro_unit:linear")), ())
+    two = System("s", (SystemComponent("gyro_front", "gyro_unit:linear"), SystemComponent("gyro_rear", "gyro_unit:linear")), ())
     changed = two.with_value("gyro.rotor_speed", "2000rpm").with_source("gyro_rear", "nonlinear")
-    assert [p.source for p in changed.parts] == ["gyro_unit:linear", "gyro_unit:nonlinear"]
-    assert all(p.values["rotor_speed"] == "2000rpm" for p in changed.parts)
+    assert [p.source for p in changed.components] == ["gyro_unit:linear", "gyro_unit:nonlinear"]
+    assert all(p.values["rotor_speed"] == "2000rpm" for p in changed.components)
     with pytest.raises(ValueError, match="unknown component of system 's': 'vehicle'"):
         two.with_value("vehicle.speed", 1.0)
 
 
 def test_power_bonds_are_found_from_units_where_the_system_states_none() -> None:
     pair = oscillators.pair()
-    bare = System(pair.name, pair.parts, (pair.connections[1], pair.connections[2]))
+    bare = System(pair.name, pair.components, (pair.connections[1], pair.connections[2]))
     with open_network(bare, in_process=True) as network:
         assert [b.name for b in network.bonds] == ["left.velocity x right.force"]
 
@@ -74,7 +74,7 @@ def test_every_built_in_system_states_units_that_its_components_have(name: str) 
 
     root = etree.parse(str(catalogue.systems()[name])).getroot()
     plan = system(name)
-    for element, part in zip(root.iterfind(".//ssd:Component", ssp.NAMESPACES), plan.parts, strict=True):
+    for element, part in zip(root.iterfind(".//ssd:Component", ssp.NAMESPACES), plan.components, strict=True):
         rows = {v.name: v for v in catalogue.component(part.source).variables}
         for connector in element.iterfind(".//ssd:Connector", ssp.NAMESPACES):
             (real,) = connector
@@ -92,7 +92,7 @@ def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
     source = ComponentSlave("a", oscillators.crossed())
     source.outputs = (replace(source.outputs[0], unit="rpm"),)
     target = ComponentSlave("gyro", catalogue.component("gyro_unit:linear"))
-    plan = System("s", (Part("a", GAIN, {"u": 60.0}), Part("gyro", "gyro_unit:linear")),
+    plan = System("s", (SystemComponent("a", GAIN, {"u": 60.0}), SystemComponent("gyro", "gyro_unit:linear")),
                   (Connection(("a", "y"), ("gyro", "yaw_rate")),))  # fmt: skip
     network = Network(plan, [source, target])
     Y = network.initialize(0.0, 1.0)

@@ -33,13 +33,13 @@ class Monolith:
         self.free = tuple(free)
         q = ca.SX.sym("q", len(self.free))
         q0 = np.full(len(self.free), np.nan)
-        for part in system.parts:
+        for part in system.components:
             if part.source.endswith(".fmu"):
                 raise ValueError(f"component {part.name!r} must be a component of the catalogue, got {part.source!r}")
-        components = [catalogue.component(part.source) for part in system.parts]
-        slaves = [ComponentSlave(part.name, c) for part, c in zip(system.parts, components, strict=True)]
+        components = [catalogue.component(part.source) for part in system.components]
+        slaves = [ComponentSlave(part.name, c) for part, c in zip(system.components, components, strict=True)]
         network = Network(system, slaves)
-        for part, component in zip(system.parts, components, strict=True):
+        for part, component in zip(system.components, components, strict=True):
             if component.sample is not None:
                 raise ValueError(f"component {part.name!r} must have no sampled part, {component.spec} has one")
         self.names, self.units = network.names, network.units

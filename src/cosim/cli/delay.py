@@ -9,7 +9,7 @@ from rich.table import Table
 
 from ..coupling import ALGORITHMS, algorithm
 from ..hil.compensation import COMPENSATORS
-from ..hil.delay_margin import Margin, Remedy, Setting
+from ..hil.delay_margin import Compensation, DelayStudy, Margin
 from ..systems import System
 from .common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
 
@@ -50,7 +50,7 @@ def command(
         raise ValueError("--map and --plot go together")
     writable(plot, figures.check_format)
     plan = chosen_system(system, gyro, set_)
-    setting = Setting(
+    setting = DelayStudy(
         plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, family=family,
         algorithm=algorithm(algorithm_, order), in_process=not fmus, longest=seconds(longest, "--longest") or 0.5,
     )  # fmt: skip
@@ -99,9 +99,9 @@ def command(
     return 0
 
 
-def remedy(name: str) -> Remedy:
+def remedy(name: str) -> Compensation:
     """What the command line calls `name`: parts joined by +."""
-    made = Remedy()
+    made = Compensation()
     for part in name.split("+"):
         if part == "passivity":
             made = replace(made, passive=True)
@@ -119,19 +119,19 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     import numpy as np
 
     from ..sweeps.axes import Listed, parse
-    from ..sweeps.inquiry import Inquiry
+    from ..sweeps.inquiry import SystemQuery
 
     name, equals, words = text.partition("=")
     if not equals:
         raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
-    with Inquiry(plan, {}) as asked:
+    with SystemQuery(plan, {}) as asked:
         axis = parse(name, words, lambda word: asked.value(name, word))
         if not isinstance(axis, Listed) or any(isinstance(value, str) for value in axis.values):
             raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
         return name, np.array(axis.values, dtype=float), asked.units[name]
 
 
-def _table(rows: list[dict[str, Any]], setting: Setting) -> Table:
+def _table(rows: list[dict[str, Any]], setting: DelayStudy) -> Table:
     table = Table("compensation", "stable, eigenvalues", "stable, runs", "tolerances, linear model", "tolerances, runs", box=None,
                   pad_edge=False)  # fmt: skip
     for column in table.columns[1:]:

@@ -111,7 +111,7 @@ def system_document(network: Network) -> dict[str, Any]:
             })  # fmt: skip
     driven = {wire["to"] for wire in wires}
     parts = []
-    for part, slave in zip(system.parts, network.slaves, strict=True):
+    for part, slave in zip(system.components, network.slaves, strict=True):
         ignored = sorted(name for name in part.bound if name not in slave.settable)
         given = {**{n: v for n, v in part.bound.items() if n in slave.settable}, **part.values}
         parts.append({

@@ -182,7 +182,7 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
         from ..railway.assessment import assess
         from ..railway.figures import along_track
 
-        title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.parts)
+        title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.components)
         vehicles = assess(run.trajectory)
         made = (
             along_track(run.trajectory, vehicles[0], title)

@@ -16,7 +16,7 @@ def document(run: Run) -> dict[str, Any]:
     """The run as JSON holds it; SI units but for values, which are in the units of their variables."""
     return {
         "system": run.system.name,
-        "components": {part.name: part.source for part in run.system.parts},
+        "components": {part.name: part.source for part in run.system.components},
         "step": run.step,
         "algorithm": run.algorithm.name,
         "order": run.algorithm.degree,
@@ -61,9 +61,9 @@ def document(run: Run) -> dict[str, Any]:
 def summary(run: Run, in_process: bool) -> list[str | Table]:
     a, timing, trajectory = run.algorithm, run.timing, run.trajectory
     what = "components in this process" if in_process else "FMUs"
-    parts = ", ".join(f"{p.name} ({p.source})" for p in run.system.parts[:8])
-    if len(run.system.parts) > 8:
-        parts += f" and {len(run.system.parts) - 8} more"
+    parts = ", ".join(f"{p.name} ({p.source})" for p in run.system.components[:8])
+    if len(run.system.components) > 8:
+        parts += f" and {len(run.system.components) - 8} more"
     head = "" if run.status == "done" else f"{run.status} at t = {trajectory.t[-1]:g} s\n"
     head = f"{run.ended_by}\n" if run.status == "ended" else head
     slowest = sorted(timing.do_step_s.items(), key=lambda item: -item[1])[:8]

@@ -116,7 +116,7 @@ def compare(
 
 def five_percent(system: System, family: str) -> Tolerances:
     """The tolerances where none are given: 5 % of rms and peak on every signal of the components beside the family."""
-    others = [part.name for part in system.parts if part.name not in system.members(family)]
+    others = [part.name for part in system.components if part.name not in system.members(family)]
     return Tolerances({f"{name}.*": {"rms": 0.05, "peak": 0.05} for name in others})
 
 
@@ -129,11 +129,11 @@ def _plan(
     """
     source, *own = (part.strip() for part in text.split(","))
     members = system.members(family)
-    values = [(f"{p.name}.{n}", v) for p in system.parts if p.name in members for n, v in p.values.items()] + list(values)
-    bare = replace(system, parts=tuple(replace(p, values={}) if p.name in members else p for p in system.parts))
+    values = [(f"{p.name}.{n}", v) for p in system.components if p.name in members for n, v in p.values.items()] + list(values)
+    bare = replace(system, components=tuple(replace(p, values={}) if p.name in members else p for p in system.components))
     plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(family, source)
     ignored = []
-    first = next(part for part in plan.parts if part.name in members)
+    first = next(part for part in plan.components if part.name in members)
     slave = open_slave(first.name, first.source, in_process=in_process)
     try:
         settable, period = slave.settable, [s for n, s in slave.settable.items() if n.endswith("sampling_period")]
@@ -150,7 +150,7 @@ def _plan(
         if not equals:
             raise ValueError(f"a variant must be SOURCE,PARAMETER=VALUE,..., got {text!r}")
         plan = plan.with_value(f"{family}.{variable.strip()}", value.strip())
-    chosen = next(part for part in plan.parts if part.name == first.name).values
+    chosen = next(part for part in plan.components if part.name == first.name).values
     for signal in period:
         value = signal.value(chosen.get(signal.name, signal.start or 0.0))
         if isinstance(value, float):
@@ -184,7 +184,7 @@ def _candidate(
     in_process: bool, drive: dict[str, float], responses: bool, progress: Callable[[float, float], None] | None,
 ) -> tuple[Candidate, dict[str, float]]:  # fmt: skip
     """Run one variant; `drive` holds the rms of each bond's motion in the reference run, filled by the first."""
-    source = next(part.source for part in plan.parts if part.name in members)
+    source = next(part.source for part in plan.components if part.name in members)
     try:
         network = open_network(plan, in_process=in_process)
     except WiringError as error:

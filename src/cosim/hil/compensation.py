@@ -1,7 +1,7 @@
 """A transport delay between a component and the rest, and what can be done about it where the answer comes in.
 
 What a unit sends at the communication points n, v_n, arrives as w_n. A delay of d macro steps and a linear compensator
-together are a filter with known coefficients, which the runs (Interface) and the eigenvalues (hil/sampled_model.py) share:
+together are a filter with known coefficients, which the runs (DelayedSlave) and the eigenvalues (hil/sampled_model.py) share:
 
     w_n = sum_j b_j v_{n-j} + sum_{j >= 1} a_j w_{n-j}                                                        (1)
 

@@ -23,14 +23,14 @@ from ..slaves import Slave, open_slave
 from ..systems import System
 from ..trajectory import Trajectory
 from .compensation import Compensator, Uncompensated
-from .delayed_slave import Interface
-from .sampled_model import Model, linearise
+from .delayed_slave import DelayedSlave
+from .sampled_model import SampledModel, linearise
 
 Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)
-class Remedy:
+class Compensation:
     """What stands at the receiving end. model : the variant that predicts (empty: none); passive : a passivity controller."""
 
     compensator: Compensator = field(default_factory=Uncompensated)
@@ -51,7 +51,7 @@ class Remedy:
 
 
 @dataclass(frozen=True)
-class Setting:
+class DelayStudy:
     """What is asked: `family` of `system` behind a delay, with macro step `step` (s), runs to `stop` (s).
 
     longest : the longest delay looked at (s). resolution : of the answer, relative.
@@ -62,7 +62,7 @@ class Setting:
     stop: float
     family: str = "gyro"
     algorithm: Algorithm = field(default_factory=Jacobi)
-    remedy: Remedy = field(default_factory=Remedy)
+    remedy: Compensation = field(default_factory=Compensation)
     in_process: bool = True
     longest: float = 0.5
     resolution: float = 0.01
@@ -81,7 +81,7 @@ class Margin:
     tried: int
 
 
-def largest(good: Callable[[float], bool], setting: Setting, progress: Progress | None = None) -> Margin:
+def largest(good: Callable[[float], bool], setting: DelayStudy, progress: Progress | None = None) -> Margin:
     """The largest delay up to the first that is not good: a geometric grid finds it, bisection refines it."""
     grid = [0.0, *np.geomspace(setting.step / 2, setting.longest, 16)]
     below, above, tried = None, None, 0
@@ -103,7 +103,7 @@ def largest(good: Callable[[float], bool], setting: Setting, progress: Progress 
     return Margin(below, tried)
 
 
-def by_eigenvalues(setting: Setting, model: Model | None = None) -> Margin:
+def by_eigenvalues(setting: DelayStudy, model: SampledModel | None = None) -> Margin:
     """The largest stable delay from the eigenvalues of the macro step."""
     degree, model = _degree(setting), model or linearise(setting.system, setting.family)
 
@@ -113,7 +113,7 @@ def by_eigenvalues(setting: Setting, model: Model | None = None) -> Margin:
     return largest(stable, setting)
 
 
-def by_runs(setting: Setting, progress: Progress | None = None) -> Margin:
+def by_runs(setting: DelayStudy, progress: Progress | None = None) -> Margin:
     """The largest stable delay from runs, which must hold several periods of the slowest motion for growth to show."""
 
     def stable(d: float) -> bool:
@@ -130,7 +130,7 @@ def by_runs(setting: Setting, progress: Progress | None = None) -> Margin:
     return largest(stable, setting, progress)
 
 
-def verdict_by_runs(setting: Setting, tolerances: Tolerances, progress: Progress | None = None) -> Margin:
+def verdict_by_runs(setting: DelayStudy, tolerances: Tolerances, progress: Progress | None = None) -> Margin:
     """The largest delay whose run keeps the tolerances against the run without."""
     reference = _run(setting, 0.0, plain=True).trajectory
 
@@ -143,7 +143,7 @@ def verdict_by_runs(setting: Setting, tolerances: Tolerances, progress: Progress
     return largest(kept, setting, progress)
 
 
-def verdict_by_model(setting: Setting, tolerances: Tolerances) -> Margin:
+def verdict_by_model(setting: DelayStudy, tolerances: Tolerances) -> Margin:
     """The same from the course of the sampled linear system."""
     degree, model = _degree(setting), linearise(setting.system, setting.family)
     start = setting.system.start
@@ -163,7 +163,7 @@ def verdict_by_model(setting: Setting, tolerances: Tolerances) -> Margin:
     return largest(kept, setting)
 
 
-def _degree(setting: Setting) -> int:
+def _degree(setting: DelayStudy) -> int:
     if setting.algorithm.name != "jacobi" or not setting.remedy.linear:
         raise ValueError(
             "eigenvalues need the algorithm jacobi and a linear compensator, "
@@ -172,14 +172,14 @@ def _degree(setting: Setting) -> int:
     return setting.algorithm.degree
 
 
-def _run(setting: Setting, delay: float, *, plain: bool = False) -> Run:
+def _run(setting: DelayStudy, delay: float, *, plain: bool = False) -> Run:
     if plain:
-        setting = replace(setting, remedy=Remedy())
+        setting = replace(setting, remedy=Compensation())
     with delayed_network(setting, delay) as network:
         return run(network, setting.algorithm, setting.step, setting.stop)
 
 
-def delayed_network(setting: Setting, delay: float) -> Network:
+def delayed_network(setting: DelayStudy, delay: float) -> Network:
     """The system's slaves with the units of the family behind their interfaces; close it after use."""
     plain = open_network(setting.system, in_process=setting.in_process)
     members = setting.system.members(setting.family)
@@ -190,10 +190,10 @@ def delayed_network(setting: Setting, delay: float) -> Network:
             if slave.name in members and pairs:
                 model = None
                 if setting.remedy.model:
-                    source = next(p.source for p in setting.system.with_source(setting.family, setting.remedy.model).parts
+                    source = next(p.source for p in setting.system.with_source(setting.family, setting.remedy.model).components
                                   if p.name == slave.name)  # fmt: skip
                     model = open_slave(slave.name, source, in_process=setting.in_process)
-                slave = Interface(
+                slave = DelayedSlave(
                     slave, pairs, step=setting.step, delay=delay, compensator=setting.remedy.compensator, model=model,
                     passive=setting.remedy.passive,
                 )  # fmt: skip
@@ -221,7 +221,7 @@ class DelayMap:
 
 
 def delay_map(
-    setting: Setting, parameter: str, values: np.ndarray, steps: np.ndarray, unit: str, progress: Progress | None = None
+    setting: DelayStudy, parameter: str, values: np.ndarray, steps: np.ndarray, unit: str, progress: Progress | None = None
 ) -> DelayMap:
     """by_eigenvalues() over a grid of a parameter, in its `unit`, and macro steps (s)."""
     found = np.full((steps.size, values.size), np.nan)

@@ -11,7 +11,7 @@ from ..slaves.base import Slave, StateSpace
 from .compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 
 
-class Interface(Slave):
+class DelayedSlave(Slave):
     """`slave`, whose efforts arrive `delay` (s) late; the other outputs (energies, angles) stay as they are.
 
     pairs : (place in u of the motion, row of y of the effort) of each bond.

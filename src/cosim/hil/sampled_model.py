@@ -23,7 +23,7 @@ from .compensation import Taps
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class SampledModel:
     """The linearised system; shapes with n states, u inputs, y outputs of all components.
 
     A (n, n), B (n, u), C (y, n), D (y, u), L (u, y), rate (n,), start (y,): outputs at the start.
@@ -96,16 +96,16 @@ class Model:
         return np.array(rows) + self.start
 
 
-def linearise(system: System, family: str) -> Model:
+def linearise(system: System, family: str) -> SampledModel:
     """The model of a system of catalogue components; ValueError where one has no equations here or a sampled part."""
-    for part in system.parts:
+    for part in system.components:
         if part.source.endswith(".fmu"):
             raise ValueError(f"component {part.name!r} must be a component of the catalogue, got {part.source!r}")
-    components = [catalogue.component(part.source) for part in system.parts]
-    for part, c in zip(system.parts, components, strict=True):
+    components = [catalogue.component(part.source) for part in system.components]
+    for part, c in zip(system.components, components, strict=True):
         if c.sample is not None:
             raise ValueError(f"component {part.name!r} must have no sampled part, {c.spec} has one")
-    network = Network(system, [ComponentSlave(p.name, c) for p, c in zip(system.parts, components, strict=True)])
+    network = Network(system, [ComponentSlave(p.name, c) for p, c in zip(system.components, components, strict=True)])
     Y = network.initialize(0.0, 1.0)
     n, m = sum(len(c.states) for c in components), sum(len(c.inputs) for c in components)
     A, B, C = np.zeros((n, n)), np.zeros((n, m)), np.zeros((Y.size, n))
@@ -129,7 +129,7 @@ def linearise(system: System, family: str) -> Model:
     delayed = [bond.effort for bond in network.bonds if network.slaves[bond.motion_input[0]].name in members]
     if not delayed:
         raise ValueError(f"system {system.name!r} must have power bonds with {family!r}")
-    return Model(A, B, C, D, L, rate, Y, network.names, network.units, np.array(sorted(set(delayed))))
+    return SampledModel(A, B, C, D, L, rate, Y, network.names, network.units, np.array(sorted(set(delayed))))
 
 
 def _exact_step(A: np.ndarray, B: np.ndarray, rate: np.ndarray, h: float) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:

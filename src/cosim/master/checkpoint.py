@@ -20,7 +20,7 @@ FORMAT = 2
 def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_names: tuple[str, ...]) -> str:
     """What must be the same for a checkpoint to fit: system, values, algorithm, start, step, recorded signals."""
     system = network.system
-    parts = [(p.name, Path(p.source).name, sorted((k, str(v)) for k, v in p.values.items())) for p in system.parts]
+    parts = [(p.name, Path(p.source).name, sorted((k, str(v)) for k, v in p.values.items())) for p in system.components]
     wires = [(c.start, c.end) for c in system.connections]
     told = json.dumps([FORMAT, system.name, parts, wires, repr(algorithm), network.start, step, network.substeps, recorder_names])
     return hashlib.sha256(told.encode()).hexdigest()

@@ -11,11 +11,11 @@ from ..coupling import Algorithm, Jacobi
 from ..errors import EndRequest, RunError
 from ..network import Network
 from ..slaves import Slave, open_slave
-from ..slaves.fmi.unpacked import Shelf
+from ..slaves.fmi.unpacked import FmuCache
 from ..systems import System
 from ..trajectory import Trajectory
 from .energy import BondEnergy, untrustworthy
-from .stepping import March, Options, Progress
+from .stepping import Options, Progress, Stepper
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
 
@@ -121,10 +121,10 @@ def open_network(
 ) -> Network:
     """The system's slaves, opened and wired; close it after use."""
     slaves: list[Slave] = []
-    shelf = Shelf()
+    cache = FmuCache()
     try:
-        for part in system.parts:
-            slaves.append(open_slave(part.name, part.source, in_process=in_process, isolate=isolate, shelf=shelf))
+        for part in system.components:
+            slaves.append(open_slave(part.name, part.source, in_process=in_process, isolate=isolate, cache=cache))
         return Network(system, slaves, substeps=substeps)
     except BaseException:
         for slave in slaves:
@@ -177,7 +177,7 @@ def run(
         options.checkpoint.check(network)
         if options.adaptive is not None:
             raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
-    march = March(network, algorithm, step, start, stop, n, options)
+    march = Stepper(network, algorithm, step, start, stop, n, options)
     set_up = time.perf_counter()
     status: Status = "done"
     failure: RunError | None = None

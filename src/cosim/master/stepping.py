@@ -37,7 +37,7 @@ class Options:
     compiled: bool | None = None
 
 
-class March:
+class Stepper:
     """The state of a run on its way. Outputs are collected in chunks, which recorder and energy meter then take over.
 
     Row `row` of the chunk holds macro step `done`; up to HISTORY rows before it are older points.

@@ -31,7 +31,7 @@ def bonds(
 
     where : name of an output -> its place in Y. units : of Y. feeds : place in Y -> the (slave, place in u) it feeds.
     """
-    slave = {part.name: i for i, part in enumerate(system.parts)}
+    slave = {part.name: i for i, part in enumerate(system.components)}
     stated = system.bonds or _detected(system, {name: units[k] for name, k in where.items()})
     found = []
     for bond in stated:

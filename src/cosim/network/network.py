@@ -53,8 +53,10 @@ class Network:
         self.names = tuple(f"{s.name}.{y.name}" for s in self.slaves for y in s.outputs)
         self._where = {name: k for k, name in enumerate(self.names)}
         self.units = tuple(y.unit for s in self.slaves for y in s.outputs)
-        self.values = tuple(s.start_values(part.values, part.bound) for s, part in zip(self.slaves, system.parts, strict=True))
-        for part, slave in zip(system.parts, self.slaves, strict=True):
+        self.values = tuple(
+            s.start_values(part.values, part.bound) for s, part in zip(self.slaves, system.components, strict=True)
+        )
+        for part, slave in zip(system.components, self.slaves, strict=True):
             check_ports(part, slave)
         self._inputs: list[Inputs] = []
         signals = tuple(y for s in self.slaves for y in s.outputs)

@@ -10,7 +10,7 @@ from gyro_cosim.component.units import Unit
 
 from ..errors import WiringError, unknown
 from ..slaves.base import Signal, Slave, Value
-from ..systems import Connection, Part, System
+from ..systems import Connection, System, SystemComponent
 from ..systems.quantities import between
 
 # What each type accepts besides itself; all of it exact.
@@ -33,7 +33,7 @@ class Transfer:
 def transfer(wire: Connection, a: Signal, b: Signal) -> Transfer:
     """How the value of output `a` becomes that of input `b`; WiringError where types or units do not fit."""
     start, end = ".".join(wire.start), ".".join(wire.end)
-    tables = [dict(hop.table) for hop in wire.hops if hop.table]
+    tables = [dict(hop.table) for hop in wire.conversions if hop.table]
     if tables:
         return Transfer(table=_composed(tables, wire, start, end, a, b))
     if a.type != b.type and a.type not in _WIDER.get(b.type, ()):
@@ -52,9 +52,9 @@ def transfer(wire: Connection, a: Signal, b: Signal) -> Transfer:
             raise WiringError(f"units must fit: {start} is in {was!r}, {end} in {target.name!r}") from None
         factor, offset, present = factor * scale, offset * scale + shift, target
 
-    for hop in wire.hops:
+    for hop in wire.conversions:
         turn(hop.start)
-        target = b.measure if hop.end is None and hop is wire.hops[-1] else hop.end
+        target = b.measure if hop.end is None and hop is wire.conversions[-1] else hop.end
         if hop.suppress:
             present = target
         else:
@@ -69,8 +69,12 @@ def transfer(wire: Connection, a: Signal, b: Signal) -> Transfer:
 
 def _refuse_unknown_units(wire: Connection, a: Signal, b: Signal) -> None:
     """Two units that differ must both be known, unless the connection says that none is to be converted."""
-    stated = (a.measure, b.measure) if not wire.hops else (a.measure or wire.hops[0].start, b.measure or wire.hops[-1].end)
-    if a.unit and b.unit and a.unit != b.unit and None in stated and not any(hop.suppress for hop in wire.hops):
+    stated = (
+        (a.measure, b.measure)
+        if not wire.conversions
+        else (a.measure or wire.conversions[0].start, b.measure or wire.conversions[-1].end)
+    )
+    if a.unit and b.unit and a.unit != b.unit and None in stated and not any(hop.suppress for hop in wire.conversions):
         nobody = a.unit if stated[0] is None else b.unit
         _fail(wire, f"unknown unit {nobody!r}, and the units differ ({a.unit!r}, {b.unit!r})")
 
@@ -89,7 +93,7 @@ def _composed(
     for signal, name in ((a, start), (b, end)):
         if signal.type not in ("boolean", "integer", "enumeration"):
             raise WiringError(f"connection {start} -> {end}: a mapping must be of whole numbers, {name} is {signal.type}")
-    if any((hop.factor, hop.offset) != (1.0, 0.0) for hop in wire.hops):
+    if any((hop.factor, hop.offset) != (1.0, 0.0) for hop in wire.conversions):
         raise WiringError(f"connection {start} -> {end}: mappings and linear transformations must not be mixed")
     found = tables[0]
     for table in tables[1:]:
@@ -120,7 +124,7 @@ def connections(system: System, slaves: Sequence[Slave]) -> list[Connection]:
     return found
 
 
-def check_ports(part: Part, slave: Slave) -> None:
+def check_ports(part: SystemComponent, slave: Slave) -> None:
     """WiringError where the component behind a connector is not what the system file says of it."""
     signals = {"input": slave.inputs, "output": slave.outputs}
     for name, port in part.ports.items():

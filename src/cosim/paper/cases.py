@@ -91,7 +91,7 @@ def seconds(speed: int, vehicle: Mapping[str, float], extent: Extent) -> float:
 def run_all(extent: Extent, progress: Callable[[float, float], None] | None) -> dict[Key, Case]:
     """All runs of the ledger, on all cores. The FMUs are built here, once, before the processes begin."""
     keys = ledger_keys(extent)
-    for source in sorted({part.source for key in keys for part in base(key[0], key[1]).parts}):
+    for source in sorted({part.source for key in keys for part in base(key[0], key[1]).components}):
         catalogue.fmu(source)
     cases: dict[Key, Case] = {}
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("spawn")) as pool:
@@ -105,7 +105,7 @@ def run_all(extent: Extent, progress: Callable[[float, float], None] | None) -> 
 def _run(key: Key, extent: Extent) -> Case:
     name, speed, gyro, start = key
     plan = with_case(base(name, speed), speed, gyro, extent.starts[start])
-    vehicle = {v.name: v.start for v in catalogue.component(plan.parts[0].source).parameters}
+    vehicle = {v.name: v.start for v in catalogue.component(plan.components[0].source).parameters}
     stop = seconds(speed, vehicle, extent)
     trajectory = simulate(plan, algorithm=ALGORITHM, stop=stop, options=Options(record=RECORD)).trajectory
     (assessment,) = assess(trajectory)

@@ -45,7 +45,7 @@ def reproduce(
 def degrees_of_freedom() -> Claim:
     """C5: velocities among the states of the vehicle and of two gyro units, and the spin of each rotor."""
     counts = []
-    for part in base("A", SLOW).parts:
+    for part in base("A", SLOW).components:
         c = catalogue.component(part.source)
         velocities = sum(v.unit in ("m/s", "rad/s") and v.variability == "continuous" for v in c.states)
         rotors = sum(v.name == "rotor_speed" for v in c.parameters)  # held at its speed: a degree of freedom that is prescribed

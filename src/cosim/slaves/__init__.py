@@ -6,17 +6,19 @@ from ..systems import catalogue
 from .base import RawFmu, Signal, Slave
 
 if TYPE_CHECKING:
-    from .fmi.unpacked import Shelf
+    from .fmi.unpacked import FmuCache
 
 __all__ = ["RawFmu", "Signal", "Slave", "open_fmu", "open_slave"]
 
 
-def open_slave(name: str, source: str, *, in_process: bool = False, isolate: bool = False, shelf: "Shelf | None" = None) -> Slave:
+def open_slave(
+    name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: "FmuCache | None" = None
+) -> Slave:
     """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
     With `isolate` an FMU runs in a process of its own, and cannot take this one down.
-    shelf : the FMUs that are open already, so that slaves of the same file share one copy.
+    cache : the FMUs that are open already, so that slaves of the same file share one copy.
     """
     if source.startswith(("process:", "tcp://")):
         from .processes.remote import RemoteSlave
@@ -26,22 +28,22 @@ def open_slave(name: str, source: str, *, in_process: bool = False, isolate: boo
         from .in_process import ComponentSlave
 
         return ComponentSlave(name, catalogue.component(source))
-    from .fmi.unpacked import Shelf
+    from .fmi.unpacked import FmuCache
 
-    shelf = shelf or Shelf()
-    location = shelf.location(source)
+    cache = cache or FmuCache()
+    location = cache.location(source)
     if isolate:
         from .processes.isolated import IsolatedSlave
 
         return IsolatedSlave(name, location)
-    return open_fmu(name, location, shelf)
+    return open_fmu(name, location, cache)
 
 
-def open_fmu(name: str, location: str, shelf: "Shelf | None" = None) -> Slave:
+def open_fmu(name: str, location: str, cache: "FmuCache | None" = None) -> Slave:
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
-    from .fmi.unpacked import Shelf
+    from .fmi.unpacked import FmuCache
 
-    opened = (shelf or Shelf()).take(location)
+    opened = (cache or FmuCache()).take(location)
     if opened.description.version == "3":
         from .fmi.fmi3 import Fmi3Slave
 

@@ -9,7 +9,7 @@ from lxml import etree
 
 from gyro_cosim.component.units import Unit
 
-from ..systems import Hop, archive
+from ..systems import Conversion, archive
 from ..systems.quantities import Quantity, defined, meaning
 
 NAMESPACES = {
@@ -151,13 +151,13 @@ def value_of(found: Document, parameter: etree._Element) -> Any:
     return values[0] if len(values) == 1 else tuple(values)
 
 
-def hop_of(found: Document, element: etree._Element, start: Unit | None = None, end: Unit | None = None) -> Hop:
+def hop_of(found: Document, element: etree._Element, start: Unit | None = None, end: Unit | None = None) -> Conversion:
     """What a Connection or MappingEntry does to a value."""
     suppress = element.get("suppressUnitConversion", "false") in ("true", "1")
     linear = element.find("ssc:LinearTransformation", NAMESPACES)
     if linear is not None:
         factor, offset = found.number(linear, "factor", "1"), found.number(linear, "offset", "0")
-        return Hop(start, end, factor, offset, suppress)
+        return Conversion(start, end, factor, offset, suppress)
     for kind in ("Boolean", "Integer", "Enumeration"):
         mapping = element.find(f"ssc:{kind}MappingTransformation", NAMESPACES)
         if mapping is not None:
@@ -166,17 +166,17 @@ def hop_of(found: Document, element: etree._Element, start: Unit | None = None, 
             if kind == "Enumeration":
                 raise found.fault(element, "a mapping of enumeration items by name is not supported, use one of their numbers")
             try:
-                return Hop(start, end, suppress=suppress, table=tuple((_whole(a), _whole(b)) for a, b in pairs))
+                return Conversion(start, end, suppress=suppress, table=tuple((_whole(a), _whole(b)) for a, b in pairs))
             except ValueError as error:
                 raise found.fault(element, f"a mapping must have whole numbers or truth values, {error}") from None
-    return Hop(start, end, suppress=suppress)
+    return Conversion(start, end, suppress=suppress)
 
 
 def _whole(text: str) -> float:
     return float({"true": "1", "false": "0"}.get(text, text))
 
 
-def through(value: Any, hop: Hop) -> Any:
+def through(value: Any, hop: Conversion) -> Any:
     """A start value after a connection or mapping."""
     if isinstance(value, tuple):
         return tuple(through(element, hop) for element in value)

@@ -20,8 +20,8 @@ from ..errors import unknown
 from ..network.wiring import transfer
 from ..slaves.base import Signal, Value
 from ..slaves.fmi.description import read
-from ..slaves.fmi.signals import Interface, interface
-from ..systems import Connection, Part, System, archive, catalogue
+from ..slaves.fmi.signals import Signals, interface
+from ..systems import Connection, System, SystemComponent, archive, catalogue
 from ..systems.quantities import meaning
 from .documents import ANNOTATION, NAMESPACES
 
@@ -37,12 +37,12 @@ def pack(system: System, file: Path) -> Path:
     if file.suffix != ".ssp":
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
     fmus, places = _fmus(system)
-    faces = {part.name: interface(read(fmus[part.source])) for part in system.parts}
+    faces = {part.name: interface(read(fmus[part.source])) for part in system.components}
     units = _units(s for face in faces.values() for s in (*face.inputs, *face.outputs, *face.settable.values()))
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     values: dict[str, bytes] = {}  # place in the package -> parameter set
     sets: dict[str, str] = {}  # component -> place
-    for part in system.parts:
+    for part in system.components:
         found = _parameter_set(system.name, part, faces[part.name], units)
         if found is not None:
             sets[part.name] = _free(f"resources/{_plain(part.name)}", ".ssv", values)
@@ -57,7 +57,7 @@ def _fmus(system: System) -> tuple[dict[str, str], dict[str, str]]:
     """For each source the location of its FMU, and its place in the package; names that meet get a number."""
     fmus: dict[str, str] = {}
     places: dict[str, str] = {}
-    for part in system.parts:
+    for part in system.components:
         if part.source in fmus:
             continue
         location = part.source if part.source.endswith(".fmu") else str(catalogue.fmu(part.source))
@@ -99,7 +99,7 @@ def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> e
 
 
 def _structure(
-    system: System, faces: Mapping[str, Interface], places: Mapping[str, str], units: Mapping[str, Unit],
+    system: System, faces: Mapping[str, Signals], places: Mapping[str, str], units: Mapping[str, Unit],
     enumerations: dict[tuple[tuple[str, int], ...], str], sets: Mapping[str, str],
 ) -> etree._Element:  # fmt: skip
     used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
@@ -107,7 +107,7 @@ def _structure(
     top = _add(root, "ssd", "System", name=system.name, description=system.description)
     elements = _add(top, "ssd", "Elements")
     driven = {wire.end for wire in system.connections}
-    for part in system.parts:
+    for part in system.components:
         face = faces[part.name]
         # Open inputs get no connector: one importer at least gives them a neighbour's value.
         signals = [(s, "input") for s in face.inputs if (part.name, s.name) in driven] + [(s, "output") for s in face.outputs]
@@ -149,7 +149,7 @@ def _write_units(root: etree._Element, kind: str, units: Mapping[str, Unit]) -> 
 
 
 def _component(
-    elements: etree._Element, part: Part, signals: Sequence[tuple[Signal, str]], place: str, units: Mapping[str, Unit],
+    elements: etree._Element, part: SystemComponent, signals: Sequence[tuple[Signal, str]], place: str, units: Mapping[str, Unit],
     enumerations: dict[tuple[tuple[str, int], ...], str],
 ) -> etree._Element:  # fmt: skip
     component = _add(elements, "ssd", "Component", name=part.name, type="application/x-fmu-sharedlibrary", source=place)
@@ -165,12 +165,12 @@ def _component(
     return component
 
 
-def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, Interface]) -> None:
+def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, Signals]) -> None:
     element = _add(
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
     )  # fmt: skip
-    plain = all((h.factor, h.offset, h.suppress, h.table) == (1.0, 0.0, False, ()) for h in wire.hops)
+    plain = all((h.factor, h.offset, h.suppress, h.table) == (1.0, 0.0, False, ()) for h in wire.conversions)
     if plain:
         return
     a = next(s for s in faces[wire.start[0]].outputs if s.name == wire.start[1])
@@ -187,7 +187,7 @@ def _connection(connections: etree._Element, wire: Connection, faces: Mapping[st
         _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
 
 
-def _parameter_set(name: str, part: Part, face: Interface, units: Mapping[str, Unit]) -> etree._Element | None:
+def _parameter_set(name: str, part: SystemComponent, face: Signals, units: Mapping[str, Unit]) -> etree._Element | None:
     """The values of a component as an .ssv; None where there are none. All sets have one name, which some importers ask for."""
     used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
     root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": name}, nsmap=used)

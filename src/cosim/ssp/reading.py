@@ -8,7 +8,7 @@ from typing import Any
 from lxml import etree
 
 from ..errors import WiringError
-from ..systems import Connection, Hop, Part, PowerBond, StopWhen, System
+from ..systems import Connection, Conversion, PowerBond, StopWhen, System, SystemComponent
 from .documents import ANNOTATION, NAMESPACES, Document, hop_of
 from .parameters import bound_values
 from .tree import Node, components, tree
@@ -22,7 +22,7 @@ class Wire:
 
     start: End
     end: End
-    hop: Hop
+    hop: Conversion
 
 
 def read(file: Path | str) -> System:
@@ -38,12 +38,13 @@ def read(file: Path | str) -> System:
             if traced is not None:
                 connections.append(traced)
     bound = bound_values(top, arriving)
-    parts = tuple(Part(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
+    members = tuple(SystemComponent(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
     root, found = top.document.root, top.document
     start, stop = _span(found)
     try:
         return System(
-            name=root.get("name") or Path(location).stem, parts=parts, connections=tuple(connections), bonds=_bonds(top, leaves),
+            name=root.get("name") or Path(location).stem, components=members, connections=tuple(connections),
+            bonds=_bonds(top, leaves),
             step=_step(found), start=start, stop=stop, stop_when=_stops(top, leaves),
             description=top.element.get("description") or root.get("description", ""),
         )  # fmt: skip
@@ -107,15 +108,15 @@ def _end(node: Node, connector: str) -> str:
 
 def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any, what: str) -> Connection | None:
     """The connection from the component that a value comes from; None where it begins at an open connector of a system."""
-    hops, end = [wire.hop], wire.end
+    conversions, end = [wire.hop], wire.end
     while wire.start[0] not in leaves:
         if wire.start not in arriving:
             return None
         wire = arriving[wire.start]
-        hops.insert(0, wire.hop)
-        if len(hops) > 1000:
+        conversions.insert(0, wire.hop)
+        if len(conversions) > 1000:
             raise WiringError(f"{what}: a chain of connectors must begin at a component, that of {_shown(end)} runs in a circle")
-    return Connection(wire.start, end, () if all(hop == Hop() for hop in hops) else tuple(hops))
+    return Connection(wire.start, end, () if all(hop == Conversion() for hop in conversions) else tuple(conversions))
 
 
 def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:

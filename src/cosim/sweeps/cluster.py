@@ -10,7 +10,7 @@ from typing import Any
 
 from ..systems import archive
 from .axes import Point
-from .plan import FIXED, Frame
+from .plan import FIXED, SweepContext
 from .runner import Row, Runner, row_of
 
 ANSWERS_WITHIN = 5.0  # s
@@ -24,7 +24,7 @@ class Fmus:
     A worker with several threads has a runner for each that is at work.
     """
 
-    def __init__(self, name: str, frame: Frame, contents: Mapping[str, bytes]) -> None:
+    def __init__(self, name: str, frame: SweepContext, contents: Mapping[str, bytes]) -> None:
         self.name, self._frame, self._contents = name, frame, dict(contents)
         self._files: dict[str, str] = {}
         self._idle: list[Runner] = []
@@ -70,7 +70,7 @@ def do(name: str, runs: list[tuple[str, Point]]) -> list[Row]:
 class Cluster:
     """The cluster whose scheduler is at `address`; results() yields rows as they come. ValueError if nobody answers there."""
 
-    def __init__(self, address: str, frame: Frame, files: Mapping[str, str]) -> None:
+    def __init__(self, address: str, frame: SweepContext, files: Mapping[str, str]) -> None:
         try:
             import distributed
         except ImportError:

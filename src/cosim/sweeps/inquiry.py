@@ -14,7 +14,7 @@ from .axes import Value
 MEASURES = ("end", "max", "rms")  # of each signal
 
 
-class Inquiry:
+class SystemQuery:
     """The system with each of its variants, opened to ask what there is. units : column -> unit of what was asked for."""
 
     def __init__(self, system: System, variants: Mapping[str, Sequence[str]]) -> None:
@@ -61,7 +61,7 @@ class Inquiry:
         self.units |= {f"{name}.{measure}": units[name] for name in chosen for measure in MEASURES if units[name]}
         return chosen
 
-    def __enter__(self) -> "Inquiry":
+    def __enter__(self) -> "SystemQuery":
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:

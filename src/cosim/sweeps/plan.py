@@ -16,7 +16,7 @@ from ..coupling import Algorithm, algorithm
 from ..master import macro_steps
 from ..systems import System, archive, catalogue
 from .axes import Axis, Listed, Point, Value, parse, points
-from .inquiry import MEASURES, Inquiry
+from .inquiry import MEASURES, SystemQuery
 from .measure import Measure
 
 CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
@@ -27,7 +27,7 @@ UNITS = {"energy_residual": "J", "energy_exchanged": "J", "t_end": "s", "wall_s"
 
 
 @dataclass(frozen=True)
-class Frame:
+class SweepContext:
     """What all runs of a sweep share; small, so that it goes to every worker.
 
     system : the sources of its parts are keys of FMU files, as are the values of `variants`.
@@ -58,8 +58,8 @@ class Frame:
             if target not in CHOICES and target not in self.variants and target != CASE:
                 system = system.with_value(target, value)
         chosen = {n: key for t, of in self.variants.items() for n, key in of[str(point[t])].items()}
-        parts = tuple(replace(p, source=files[chosen.get(p.name, p.source)]) for p in system.parts)
-        return replace(system, parts=parts)
+        parts = tuple(replace(p, source=files[chosen.get(p.name, p.source)]) for p in system.components)
+        return replace(system, components=parts)
 
     def algorithm_at(self, point: Point) -> Algorithm:
         """The coupling algorithm of one run."""
@@ -78,7 +78,7 @@ class Plan:
     units : column -> unit, where it has one. definition : as JSON; equal for equal sweeps.
     """
 
-    frame: Frame
+    frame: SweepContext
     axes: tuple[Axis, ...]
     runs: Mapping[str, Point]
     files: Mapping[str, str]
@@ -131,7 +131,7 @@ class Sweep:
         for name in self.algorithms:
             for degree in self.orders:
                 algorithm(name, degree)
-        with Inquiry(self.system, self.variants) as components:
+        with SystemQuery(self.system, self.variants) as components:
             axes = [parse(target, text, partial(components.value, target)) for target, text in self.values.items()]
             for axis in axes:
                 for value in axis.values if isinstance(axis, Listed) else ():
@@ -160,7 +160,7 @@ class Sweep:
         if not kept:
             raise ValueError("a sweep must have an axis, has none: say --set COMPONENT.PARAMETER=LOW:HIGH:N")
         base = {
-            "parts": {p.name: [p.source, {**p.bound, **p.values}] for p in frame.system.parts},
+            "parts": {p.name: [p.source, {**p.bound, **p.values}] for p in frame.system.components},
             "connections": [asdict(connection) for connection in system.connections],
             "bonds": [asdict(bond) for bond in system.bonds],
             "defaults": dict(frame.defaults),
@@ -192,7 +192,7 @@ class Sweep:
 
 def _frame(
     system: System, variants: Mapping[str, Sequence[str]], defaults: Mapping[str, Value], stop: float, signals: tuple[str, ...]
-) -> tuple[Frame, dict[str, str]]:
+) -> tuple[SweepContext, dict[str, str]]:
     """The frame and its FMUs: content hash -> location."""
     files: dict[str, str] = {}
 
@@ -204,14 +204,14 @@ def _frame(
 
     keyed = {
         target: {
-            name: {p.name: key(p.source) for p in system.with_source(target, name).parts if p.name in system.members(target)}
+            name: {p.name: key(p.source) for p in system.with_source(target, name).components if p.name in system.members(target)}
             for name in names
         }
         for target, names in variants.items()
     }
     varied = {name for of in keyed.values() for parts in of.values() for name in parts}
-    parts = tuple(replace(p, source="" if p.name in varied else key(p.source)) for p in system.parts)
-    return Frame(replace(system, parts=parts), keyed, defaults, stop, signals), files
+    parts = tuple(replace(p, source="" if p.name in varied else key(p.source)) for p in system.components)
+    return SweepContext(replace(system, components=parts), keyed, defaults, stop, signals), files
 
 
 def _check_cases(cases: Mapping[str, Mapping[str, Any]], axes: set[str], variants: Mapping[str, Sequence[str]]) -> None:

@@ -4,7 +4,7 @@ A worker that dies (a crash in an FMU, a signal, memory) costs only the runs it 
 a run whose process dies once more is a row with that error. Workers are spawned, so a script that sweeps needs the usual
 `if __name__ == "__main__":`.
 
-What a run is, is the Job's to say: of a sweep, one run of its system (SweepJob); of another study, what it likes.
+What a run is, is the Task's to say: of a sweep, one run of its system (SweepJob); of another study, what it likes.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Protocol
 
 from .axes import Point
-from .plan import FIXED, Frame
+from .plan import FIXED, SweepContext
 from .runner import Row, Runner, row_of
 
 AHEAD = 0.5  # s of work that a worker may hold
@@ -32,7 +32,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read
 MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
 
 
-class Works(Protocol):
+class Worker(Protocol):
     """Does the runs of a job, one after another, in one process."""
 
     def row(self, key: str, point: Point) -> Row:
@@ -42,10 +42,10 @@ class Works(Protocol):
         """Close what was opened."""
 
 
-class Job(Protocol):
+class Task(Protocol):
     """What the processes of a pool do; it goes to each of them."""
 
-    def open(self, files: Mapping[str, str]) -> Works:
+    def open(self, files: Mapping[str, str]) -> Worker:
         """What does the runs in a process. files : key of an FMU -> its location."""
 
     def lost(self, key: str, point: Point, error: str) -> Row:
@@ -59,18 +59,18 @@ class Job(Protocol):
 class SweepJob:
     """The runs of a sweep."""
 
-    frame: Frame
+    frame: SweepContext
 
-    def open(self, files: Mapping[str, str]) -> Works:
-        """See Job."""
+    def open(self, files: Mapping[str, str]) -> Worker:
+        """See Task."""
         return Runner(self.frame, files)
 
     def lost(self, key: str, point: Point, error: str) -> Row:
-        """See Job."""
+        """See Task."""
         return row_of(self.frame, key, point, None, error, 0.0)
 
     def seconds(self, point: Point, row: Row) -> float:
-        """See Job."""
+        """See Task."""
         return float(row[1 + len(point) + FIXED.index("wall_s")])
 
 
@@ -79,7 +79,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def work(connection: Connection, job: Job, files: Mapping[str, str], scratch: str) -> None:
+def work(connection: Connection, job: Task, files: Mapping[str, str], scratch: str) -> None:
     """The life of a worker: runs come in, as (key, point); rows go out. It ends when the other side does.
 
     scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
@@ -140,8 +140,8 @@ class _Worker:
 class Pool:
     """`workers` processes for the runs of one sweep, or of another job; results() yields rows as they come."""
 
-    def __init__(self, what: Frame | Job, files: Mapping[str, str], workers: int) -> None:
-        self._job = SweepJob(what) if isinstance(what, Frame) else what
+    def __init__(self, what: SweepContext | Task, files: Mapping[str, str], workers: int) -> None:
+        self._job = SweepJob(what) if isinstance(what, SweepContext) else what
         self._files, self._count = files, workers
         self._workers: list[_Worker] = []
         self._scratch = ""

@@ -13,7 +13,7 @@ from ..network import Network
 from ..systems import System
 from .axes import Point
 from .inquiry import MEASURES
-from .plan import FIXED, Frame
+from .plan import FIXED, SweepContext
 
 BLOCK = 4096  # rows measured at a time
 Row = list[Any]  # in the order of Plan.columns
@@ -22,7 +22,7 @@ Row = list[Any]  # in the order of Plan.columns
 class Runner:
     """Does the runs of one sweep in this process. files : key of an FMU -> its location here."""
 
-    def __init__(self, frame: Frame, files: Mapping[str, str]) -> None:
+    def __init__(self, frame: SweepContext, files: Mapping[str, str]) -> None:
         self._frame, self._files = frame, files
         self._open: dict[tuple[str, ...], Network] = {}
 
@@ -64,14 +64,14 @@ class Runner:
 
     def _network(self, system: System) -> Network:
         """The system's wiring and values around slaves that are open already, if ever they were opened."""
-        sources = tuple(part.source for part in system.parts)
+        sources = tuple(part.source for part in system.components)
         if sources not in self._open:
             self._open[sources] = master.open_network(system)
         return Network(system, self._open[sources].slaves)
 
 
 def row_of(
-    frame: Frame, key: str, point: Point, run: Run | None, error: str, seconds: float, own: list[float] | None = None
+    frame: SweepContext, key: str, point: Point, run: Run | None, error: str, seconds: float, own: list[float] | None = None
 ) -> Row:
     """The row of a run, which may have failed on the way, or before it began. own : the numbers of the sweep's own measure."""
     status = "failed" if error or run is None else run.status

@@ -6,6 +6,6 @@ archive         files from elsewhere, which are not trusted
 quantities      what units and types two signals may have to be joined
 """
 
-from .plan import Connection, Hop, Part, Port, PowerBond, StopWhen, System
+from .plan import Connection, Conversion, Port, PowerBond, StopWhen, System, SystemComponent
 
-__all__ = ["Connection", "Hop", "Part", "Port", "PowerBond", "StopWhen", "System"]
+__all__ = ["Connection", "Conversion", "Port", "PowerBond", "StopWhen", "System", "SystemComponent"]

@@ -8,7 +8,7 @@ from typing import Any
 from gyro_cosim.component.units import Unit
 
 from ..errors import WiringError, unknown
-from .catalogue import components
+from . import catalogue
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Port:
 
 
 @dataclass(frozen=True)
-class Part:
+class SystemComponent:
     """A component of a system: its name there, where it comes from, and the start values that differ from its own.
 
     name : may hold "/", which separates the names of nested systems, and any other character.
@@ -43,7 +43,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Hop:
+class Conversion:
     """What happens to a value on its way: target = factor * (source in the target's unit) + offset, or a table of numbers.
 
     start, end : units stated at the two connectors, None where none are. suppress : no conversion between units.
@@ -62,12 +62,12 @@ class Hop:
 class Connection:
     """From the output `start` = (component, variable) to the input `end`.
 
-    hops : what stands between, one for each connection of the system file that it is made of; none: units are converted.
+    conversions : what stands between, one for each connection of the system file that it is made of; none: units are converted.
     """
 
     start: tuple[str, str]
     end: tuple[str, str]
-    hops: tuple[Hop, ...] = ()
+    conversions: tuple[Conversion, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class System:
     """See the module's docstring. `step`, `start` and `stop` (s) are what a run takes where it is told nothing else."""
 
     name: str
-    parts: tuple[Part, ...]
+    components: tuple[SystemComponent, ...]
     connections: tuple[Connection, ...]
     bonds: tuple[PowerBond, ...] = ()
     step: float = 1e-3
@@ -107,7 +107,7 @@ class System:
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
-        names = Counter(part.name for part in self.parts)
+        names = Counter(part.name for part in self.components)
         for name, times in names.items():
             if times > 1:
                 raise WiringError(f"system {self.name!r}: component names must differ, got {name!r} twice")
@@ -123,7 +123,7 @@ class System:
 
     def members(self, name: str) -> tuple[str, ...]:
         """The components that `name` addresses: itself, or every `name_...` ("gyro": gyro_front and gyro_rear)."""
-        names = [part.name for part in self.parts]
+        names = [part.name for part in self.components]
         found = tuple(n for n in names if n == name) or tuple(n for n in names if n.startswith(f"{name}_"))
         if not found:
             raise unknown(f"component of system {self.name!r}:", name, names)
@@ -138,7 +138,7 @@ class System:
         """
         members = self.members(name)
 
-        def swapped(part: Part) -> str:
+        def swapped(part: SystemComponent) -> str:
             if source.endswith(".fmu") or ".py" in source or ":" in source:
                 return source
             package = part.source.partition(":")[0]
@@ -146,18 +146,18 @@ class System:
                 raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, since {part.source!r} has no variants")
             _, mark, ending = part.source.partition(":")[2].rpartition("_")
             sized = f"{source}{mark}{ending}"
-            return f"{package}:{sized if mark and sized in components().get(package, ()) else source}"
+            return f"{package}:{sized if mark and sized in catalogue.components().get(package, ()) else source}"
 
-        parts = tuple(replace(p, source=swapped(p), ports={}) if p.name in members else p for p in self.parts)
-        return replace(self, parts=parts)
+        components = tuple(replace(p, source=swapped(p), ports={}) if p.name in members else p for p in self.components)
+        return replace(self, components=components)
 
     def with_value(self, target: str, value: Any) -> "System":
         """The same system with `component.variable` set to `value`, a number or text with a unit ("200rpm")."""
-        whole = [p.name for p in self.parts if target.startswith(f"{p.name}.")]  # a component's name may hold dots
+        whole = [p.name for p in self.components if target.startswith(f"{p.name}.")]  # a component's name may hold dots
         name = max(whole, key=len, default=target.partition(".")[0])
         variable = target[len(name) + 1 :]
         if not (name and variable):
             raise ValueError(f"a value must be set as COMPONENT.PARAMETER=VALUE, got {target!r}")
         members = self.members(name)
-        parts = tuple(replace(p, values={**p.values, variable: value}) if p.name in members else p for p in self.parts)
-        return replace(self, parts=parts)
+        components = tuple(replace(p, values={**p.values, variable: value}) if p.name in members else p for p in self.components)
+        return replace(self, components=components)

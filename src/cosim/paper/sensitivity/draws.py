@@ -111,20 +111,20 @@ def _point(parameters: Sequence[Open], kind: str, number: int, wheels: str, valu
 
 @dataclass(frozen=True)
 class DrawJob:
-    """A gyro_cosim.sweeps.pool.Job."""
+    """A gyro_cosim.sweeps.pool.Task."""
 
     study: Study
 
     def open(self, files: Mapping[str, str]) -> "DrawRunner":
-        """See Job."""
+        """See Task."""
         return DrawRunner(self, self.study.subject.open(files))
 
     def lost(self, key: str, point: Point, error: str) -> Row:
-        """See Job."""
+        """See Task."""
         return self.row(key, point, error, 0.0, {})
 
     def seconds(self, point: Point, row: Row) -> float:
-        """See Job."""
+        """See Task."""
         return float(row[1 + len(point) + FATE.index("wall_s")])
 
     def row(self, key: str, point: Point, error: str, seconds: float, found: Mapping[str, float]) -> Row:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...systems import Part, System, catalogue
+from ...systems import System, SystemComponent, catalogue
 
 TIED = (("gyro.gimbal_stiffness", "gyro.gimbal_damping"),)  # drawn together: the number of springs is that of the dampers
 
@@ -42,11 +42,11 @@ def open_parameters(system: System) -> tuple[Open, ...]:
     return tuple(found)
 
 
-def addressed(system: System) -> dict[str, Part]:
+def addressed(system: System) -> dict[str, SystemComponent]:
     """What addresses the parts of each source ("gyro" for gyro_front and gyro_rear), and the first of them."""
-    found: dict[str, Part] = {}
-    for part in system.parts:
-        alike = [p.name for p in system.parts if p.source == part.source]
+    found: dict[str, SystemComponent] = {}
+    for part in system.components:
+        alike = [p.name for p in system.components if p.source == part.source]
         found.setdefault(part.name if len(alike) == 1 else part.name.partition("_")[0], part)
     return found
 

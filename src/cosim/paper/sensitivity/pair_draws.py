@@ -37,7 +37,7 @@ class PairSubject:
     @property
     def sources(self) -> tuple[str, ...]:
         """Of the FMUs."""
-        return tuple(part.source for part in self.system.parts)
+        return tuple(part.source for part in self.system.components)
 
     @cached_property
     def measures(self) -> dict[str, str]:
@@ -89,7 +89,7 @@ class PairBench:
             self._network.close()
 
     def _simulated(self, plan: System) -> Trajectory:
-        plan = replace(plan, parts=tuple(replace(part, source=self._files[part.source]) for part in plan.parts))
+        plan = replace(plan, components=tuple(replace(part, source=self._files[part.source]) for part in plan.components))
         if self._network is None:
             self._network = master.open_network(plan)
         network = Network(plan, self._network.slaves)

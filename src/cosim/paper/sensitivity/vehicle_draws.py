@@ -48,7 +48,7 @@ class VehicleSubject:
     @property
     def sources(self) -> tuple[str, ...]:
         """Of the FMUs."""
-        return tuple(sorted({part.source for part in self.systems[SLOW].parts}))
+        return tuple(sorted({part.source for part in self.systems[SLOW].components}))
 
     @cached_property
     def measures(self) -> dict[str, str]:
@@ -93,7 +93,7 @@ class VehicleBench:
     def __init__(self, what: VehicleSubject, files: Mapping[str, str]) -> None:
         self._what = what
         self._systems = {
-            speed: replace(plan, parts=tuple(replace(part, source=files[part.source]) for part in plan.parts))
+            speed: replace(plan, components=tuple(replace(part, source=files[part.source]) for part in plan.components))
             for speed, plan in what.systems.items()
         }
         self._network: Network | None = None

@@ -19,7 +19,7 @@ UPDATES = 1000  # rounds after which the discrete states must have settled
 
 
 @dataclass(frozen=True)
-class Note:
+class EventState:
     """What the master has learnt from an FMU beside its state, saved and restored with it.
 
     events : handled since the start. due : when the next time event is (s). ends : it wants the run to end.
@@ -36,11 +36,11 @@ class Note:
         return struct.pack(f"<qd?{len(self.discrete)}d", self.events, self.due, self.ends, *self.discrete)
 
     @staticmethod
-    def split(data: bytes, discrete: int) -> "tuple[bytes, Note]":
+    def split(data: bytes, discrete: int) -> "tuple[bytes, EventState]":
         """What stands before the note of an FMU with so many discrete inputs, and the note."""
         size = struct.calcsize(f"<qd?{discrete}d")
         events, due, ends, *values = struct.unpack(f"<qd?{discrete}d", data[-size:])
-        return data[:-size], Note(events, due, ends, tuple(values))
+        return data[:-size], EventState(events, due, ends, tuple(values))
 
 
 def used(description: Description) -> bool:

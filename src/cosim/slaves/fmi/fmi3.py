@@ -17,7 +17,7 @@ from ..base import RawFmu, Value
 from . import events
 from .description import Row
 from .fmu import FmuSlave
-from .intermediate_update import Answers, asked_for
+from .intermediate_update import IntermediateInputs, asked_for
 from .library import POINTER, REFERENCES, SIZE, Library
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
@@ -38,7 +38,7 @@ class Fmi3Slave(FmuSlave):
         function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
         asked = asked_for(self.description)
         self.input_degree = 2 if asked else 0
-        self._answers = Answers(library, asked)
+        self._answers = IntermediateInputs(library, asked)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._log = _LOG(self._on_log)
         self._instantiate_call = function(

@@ -15,7 +15,7 @@ from ...errors import SlaveError
 from ..base import Slave, StateSpace, Value
 from .buffers import Group, group, groups
 from .description import Row
-from .events import Note
+from .events import EventState
 from .fmu_state import States
 from .library import POINTER, STATUS, Library, Log
 from .signals import by_variable, carried
@@ -43,7 +43,7 @@ class FmuSlave(Slave):
         opened.logs[id(self)] = self.log
         self._instance: Any = None
         self._running = self._dead = self._closed = False
-        self._start, self._mode, self._note = 0.0, "", Note()
+        self._start, self._mode, self._note = 0.0, "", EventState()
         self._put: Callable[[np.ndarray, float, float], None] = self._set_inputs
         try:
             self._describe()
@@ -131,7 +131,7 @@ class FmuSlave(Slave):
             self._set_start(row, given, t)
         self._enter_initialization(t, stop)
         self._start, self._mode = t, INITIALIZATION
-        self._learn(Note())
+        self._learn(EventState())
 
     def finish(self) -> None:
         self._mode = ""
@@ -223,12 +223,12 @@ class FmuSlave(Slave):
     def deserialize(self, data: bytes) -> None:
         self._must_serialize()
         if self.events is not None:
-            data, note = Note.split(data, len(self._note.discrete))
+            data, note = EventState.split(data, len(self._note.discrete))
             self._learn(note)
         self._states.deserialize(self._instance, data)
         self._told = 2
 
-    def _learn(self, note: Note) -> None:
+    def _learn(self, note: EventState) -> None:
         self._note = note
         if self.events is not None:
             self.events = note.events

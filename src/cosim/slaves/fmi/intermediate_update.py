@@ -23,7 +23,7 @@ def asked_for(description: Description) -> Sequence[Row]:
     return smooth if offered and description.can("providesIntermediateUpdate") else ()
 
 
-class Answers:
+class IntermediateInputs:
     """What an FMU that asks for `rows` is answered, from the input polynomial of the step.
 
     references, count : of the inputs, for instantiation; callback : its intermediateUpdate, None where it asks for nothing.

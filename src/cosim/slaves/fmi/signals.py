@@ -15,7 +15,7 @@ _NOT_CARRIED = ("String", "Binary", "Clock")
 
 
 @dataclass(frozen=True, eq=False)
-class Interface:
+class Signals:
     """inputs, outputs, settable, excluded and both feedthroughs of a Slave, from the description alone; not to be changed."""
 
     inputs: tuple[Signal, ...]
@@ -31,7 +31,7 @@ def carried(description: Description, causality: str) -> list[Row]:
     return [row for row in description.rows if row.causality == causality and row.type not in _NOT_CARRIED]
 
 
-def interface(description: Description) -> Interface:
+def interface(description: Description) -> Signals:
     """The signals of an FMU; an array is one signal per element, and one more among what can be set."""
     inputs, outputs = carried(description, "input"), carried(description, "output")
     settable = {}
@@ -42,7 +42,7 @@ def interface(description: Description) -> Interface:
             if row.shape:
                 settable |= {s.name: s for s in _elements(row, kind)}
     excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type in _NOT_CARRIED}
-    return Interface(
+    return Signals(
         tuple(s for row in inputs for s in _elements(row, "input")),
         tuple(s for row in outputs for s in _elements(row, "output")),
         settable, excluded, _feedthrough(description.dependencies, inputs, outputs),

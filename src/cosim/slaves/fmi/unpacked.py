@@ -8,7 +8,7 @@ from ...systems import archive, catalogue
 from ..scratch import ScratchFolder
 from .description import MEMBER, Description, read
 from .library import Library, Log, formatting_proxy
-from .signals import Interface, interface
+from .signals import Signals, interface
 
 LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 
@@ -46,7 +46,7 @@ class OpenedFmu:
             raise
 
     @cached_property
-    def interface(self) -> Interface:
+    def interface(self) -> Signals:
         """The signals, the same for every slave."""
         return interface(self.description)
 
@@ -84,7 +84,7 @@ class OpenedFmu:
             log.add(status, category, message)
 
 
-class Shelf:
+class FmuCache:
     """The FMUs that a network has opened; one for each file, but for those that refuse a second instance."""
 
     def __init__(self) -> None:

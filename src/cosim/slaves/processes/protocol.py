@@ -56,7 +56,7 @@ class Kind(IntEnum):
     END = 102
 
 
-class NonsenseError(ValueError):
+class ProtocolError(ValueError):
     """What came is no frame."""
 
 
@@ -75,12 +75,12 @@ class Link:
         self.stream.sendall(HEADER.pack(MAGIC, VERSION, kind, 0, len(payload), sequence) + payload)
 
     def receive(self, timeout: float | None = None) -> tuple[Kind, int, bytes]:
-        """The next frame; TimeoutError after `timeout` (s), EOFError where the other end is gone, NonsenseError for no frame."""
+        """The next frame; TimeoutError after `timeout` (s), EOFError where the other end is gone, ProtocolError for no frame."""
         end = None if timeout is None else time.perf_counter() + timeout
         self._fill(HEADER.size, end)
         magic, version, kind, _, length, sequence = HEADER.unpack_from(self._buffer)
         if magic != MAGIC or version != VERSION or kind not in list(Kind) or length > LONGEST:
-            raise NonsenseError(f"{self._buffer[: HEADER.size]!r} is no header")
+            raise ProtocolError(f"{self._buffer[: HEADER.size]!r} is no header")
         self._fill(HEADER.size + length, end)
         payload = self._buffer[HEADER.size : HEADER.size + length]
         self._buffer = self._buffer[HEADER.size + length :]
@@ -111,18 +111,18 @@ def numbers(*parts: Any) -> bytes:
 
 
 def array(payload: bytes, size: int) -> np.ndarray:
-    """The `size` numbers of a payload; NonsenseError where there are more or fewer."""
+    """The `size` numbers of a payload; ProtocolError where there are more or fewer."""
     if len(payload) != 8 * size:
-        raise NonsenseError(f"{len(payload)} bytes are not {size} numbers")
+        raise ProtocolError(f"{len(payload)} bytes are not {size} numbers")
     return np.frombuffer(payload, "<f8").astype(float)
 
 
 def document(payload: bytes) -> dict[str, Any]:
-    """The JSON object of a payload; NonsenseError where there is none."""
+    """The JSON object of a payload; ProtocolError where there is none."""
     try:
         found = json.loads(payload)
     except ValueError as error:
-        raise NonsenseError(f"no JSON: {error}") from None
+        raise ProtocolError(f"no JSON: {error}") from None
     if not isinstance(found, dict):
-        raise NonsenseError("no JSON object")
+        raise ProtocolError("no JSON object")
     return found

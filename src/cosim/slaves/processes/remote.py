@@ -30,14 +30,14 @@ from gyro_cosim.component.units import quantity
 from ...errors import EndRequest, SlaveError, unknown
 from ..base import Signal, Slave, StateSpace, Value
 from . import child
-from .protocol import Kind, Link, NonsenseError, array, document, numbers
+from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take
 
 
 @dataclass(frozen=True)
-class Terms:
+class ResponseTerms:
     """What is expected of the unit's answers; see the module's docstring. timeout in s."""
 
     timeout: float = 1.0
@@ -58,7 +58,7 @@ def is_remote(source: str) -> bool:
     return source.startswith(SCHEMES)
 
 
-def parse(source: str) -> tuple[str, Terms]:
+def parse(source: str) -> tuple[str, ResponseTerms]:
     """The place and the terms in `source`; ValueError names it and the rule."""
     place, _, options = source.partition("?")
     given = dict(parse_qsl(options))
@@ -67,7 +67,7 @@ def parse(source: str) -> tuple[str, Terms]:
             if name not in ("timeout", "late", "patience"):
                 raise unknown("option", name, ("timeout", "late", "patience"))
         timeout, patience = quantity(given.get("timeout", "1"), "s"), int(given.get("patience", "10"))
-        terms = Terms(timeout, given.get("late", "stop"), patience)  # type: ignore[arg-type]
+        terms = ResponseTerms(timeout, given.get("late", "stop"), patience)  # type: ignore[arg-type]
     except ValueError as error:
         raise ValueError(f"unit {source!r}: {error}") from None
     return place, terms
@@ -88,7 +88,7 @@ class RemoteSlave(Slave):
         self._link = self._started(place.removeprefix("process:")) if place.startswith("process:") else self._connected(place)
         try:
             self._introduce(document(self._ask(Kind.HELLO, b"", 0.0)))
-        except NonsenseError as error:
+        except ProtocolError as error:
             self.close()
             raise self._failed(0.0, f"sent nonsense: {error}") from None
         except BaseException:
@@ -111,7 +111,7 @@ class RemoteSlave(Slave):
         return Link(here)
 
     def _introduce(self, told: Mapping[str, Any]) -> None:
-        """Signals and abilities from the unit's own words; NonsenseError where they do not fit together."""
+        """Signals and abilities from the unit's own words; ProtocolError where they do not fit together."""
         try:
             self.inputs, self.outputs, settable = (
                 tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable")
@@ -123,7 +123,7 @@ class RemoteSlave(Slave):
             self._initializes = bool(told.get("initialization"))
             self.input_degree, self.can_restore = int(told["input_degree"]), bool(told["can_restore"])
         except (KeyError, TypeError, ValueError) as error:
-            raise NonsenseError(f"it does not introduce itself: {error}") from None
+            raise ProtocolError(f"it does not introduce itself: {error}") from None
         self.can_restore = self.can_restore and self._terms.late == "stop"  # a repeated step must find every answer
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
@@ -143,7 +143,7 @@ class RemoteSlave(Slave):
             y = array(self._ask(Kind.OUTPUT, numbers(t, u), t, None if patient else self._terms.timeout), len(self.outputs))
         except TimeoutError:
             return self._substitute(t)
-        except NonsenseError as error:
+        except ProtocolError as error:
             raise self._failed(t, f"sent nonsense: {error}") from None
         self._missing = 0
         if not np.isfinite(y).all():
@@ -192,7 +192,7 @@ class RemoteSlave(Slave):
             while True:
                 answer, sequence, content = self._link.receive(timeout or PREPARATION)
                 if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END):
-                    raise NonsenseError(f"{answer.name} with number {sequence} answers nothing")
+                    raise ProtocolError(f"{answer.name} with number {sequence} answers nothing")
                 if sequence == self._sequence:  # an older one comes too late
                     break
             ended = float(array(content, 1)[0]) if answer == Kind.END else t
@@ -200,7 +200,7 @@ class RemoteSlave(Slave):
             if timeout is not None:
                 raise
             raise self._failed(t, f"gave no answer to {kind.name} within {PREPARATION:g} s") from None
-        except NonsenseError as error:
+        except ProtocolError as error:
             raise self._failed(t, f"sent nonsense: {error}") from None
         except (EOFError, OSError) as error:
             raise self._failed(t, self._gone(error)) from None

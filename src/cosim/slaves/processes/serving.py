@@ -11,7 +11,7 @@ from ...errors import EndRequest, RunError
 from .. import open_slave
 from ..base import Signal, Slave
 from . import child
-from .protocol import Kind, Link, NonsenseError, array, document, numbers
+from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
 CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
 
@@ -41,7 +41,7 @@ def serve(slave: Slave, link: Link) -> None:
     while True:
         try:
             kind, sequence, payload = link.receive()
-        except (EOFError, OSError, NonsenseError):
+        except (EOFError, OSError, ProtocolError):
             return
         if kind == Kind.BYE:
             return
