@@ -1,11 +1,16 @@
 """The result of a run: time, names, units and values, and the files it is kept in."""
 
 import csv
+import io
+from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+CSV_ROWS = 10_000  # that are turned into text at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,17 +23,20 @@ class Trajectory:
     values: np.ndarray
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The signal called `name`, shape (n,)."""
+        """The signal called `name`, shape (n,); ValueError where there is none."""
+        return self.values[:, self._place(name)]
+
+    def _place(self, name: str) -> int:
         if name not in self.names:
             raise ValueError(f"unknown signal {name!r}; known: {', '.join(self.names)}")
-        return self.values[:, self.names.index(name)]
+        return self.names.index(name)
 
     def __len__(self) -> int:
         return self.t.size
 
     def unit(self, name: str) -> str:
-        """The unit of the signal called `name`."""
-        return self.units[self.names.index(name)]
+        """The unit of the signal called `name`; ValueError where there is none."""
+        return self.units[self._place(name)]
 
     def end(self) -> dict[str, float]:
         """The values at the last point."""
@@ -36,16 +44,14 @@ class Trajectory:
 
     def to_pandas(self) -> Any:
         """A pandas DataFrame over `time`, one column a signal, units in its `attrs`; needs pandas installed."""
-        import pandas
-
+        pandas = _optional("pandas", "to_pandas")
         frame = pandas.DataFrame(self.values, index=pandas.Index(self.t, name="time"), columns=list(self.names))
         frame.attrs["units"] = dict(zip(self.names, self.units, strict=True))
         return frame
 
     def to_xarray(self) -> Any:
         """An xarray Dataset over `time`, one variable a signal, each with its `units`; needs xarray installed."""
-        import xarray
-
+        xarray = _optional("xarray", "to_xarray")
         signals = {name: ("time", self.values[:, k], {"units": self.units[k]}) for k, name in enumerate(self.names)}
         return xarray.Dataset(signals, coords={"time": ("time", self.t, {"units": "s"})})
 
@@ -54,15 +60,12 @@ class Trajectory:
         file = Path(file)
         check_format(file)
         if file.suffix == ".csv":
-            self._save_csv(file)
+            with file.open("wb") as stream:
+                stream.write(csv_header(self.names))
+                for k in range(0, len(self), CSV_ROWS):
+                    stream.write(csv_rows(self.t[k : k + CSV_ROWS], self.values[k : k + CSV_ROWS]))
         else:
             self._save_mat(file)
-
-    def _save_csv(self, file: Path) -> None:
-        with file.open("w", newline="") as stream:
-            writer = csv.writer(stream)
-            writer.writerow(["time", *self.names])
-            writer.writerows(np.column_stack([self.t, self.values]).tolist())
 
     def _save_mat(self, file: Path) -> None:
         """The Dymola trajectory layout, transposed ("binTrans"): one variable a column, `time` first.
@@ -96,6 +99,29 @@ def _characters(lines: list[str]) -> np.ndarray:
     return np.array([list(line.ljust(width)) for line in lines])
 
 
+def _optional(package: str, what: str) -> Any:
+    """A package that is not always there."""
+    try:
+        return import_module(package)
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError(
+            f"Trajectory.{what}() needs the package {package}: python -m pip install {package}", name=package
+        ) from None
+
+
+def csv_header(names: Sequence[str]) -> bytes:
+    """The first line of a results file: `time`, then the names, quoted where they hold a comma, a quote or a line's end."""
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(["time", *names])
+    return line.getvalue().encode()
+
+
+def csv_rows(t: np.ndarray, values: np.ndarray) -> bytes:
+    """Rows of a results file: times, shape (n,), and values, shape (n, m), so that they are read back to the last bit."""
+    rows = zip(t.tolist(), values.tolist(), strict=True)
+    return "".join(f"{','.join(map(repr, (ti, *row)))}\n" for ti, row in rows).encode()
+
+
 def check_format(file: Path) -> None:
     """Refuse a file name whose ending says no format that can be written."""
     if file.suffix not in (".csv", ".mat"):
@@ -104,7 +130,7 @@ def check_format(file: Path) -> None:
 
 def read_csv(file: str | Path) -> Trajectory:
     """The trajectory in a .csv that `save` wrote; units are not kept there and come back empty."""
-    with Path(file).open(newline="") as stream:
+    with Path(file).open(newline="", encoding="utf-8") as stream:
         header = next(csv.reader(stream))
         values = np.loadtxt(stream, delimiter=",", ndmin=2)
     return Trajectory(values[:, 0], tuple(header[1:]), ("",) * (len(header) - 1), values[:, 1:])

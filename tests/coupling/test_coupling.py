@@ -11,15 +11,16 @@ from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Jacobi, System
 from gyro_cosim.accuracy.convergence import converge, ladder, own_error
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
-from gyro_cosim.coupling import Algorithm, History, Iterated
+from gyro_cosim.coupling import Algorithm, History, Iterated, Nepce, Newton
+from gyro_cosim.coupling.base import save_all
 from gyro_cosim.master import open_network, run
 from gyro_cosim.network import projected
 from gyro_cosim.systems import StopWhen
 
 ALGORITHMS = [
     *(method(degree) for method in (Jacobi, GaussSeidel) for degree in range(3)),
-    *(Iterated(degree, solver=solver) for solver in ("aitken", "newton") for degree in (0, 1, 2)),
-    *(Jacobi(degree, nepce=True) for degree in range(3)),
+    *(algorithm(degree) for algorithm in (Iterated, Newton) for degree in (0, 1, 2)),
+    *(Nepce(degree) for degree in range(3)),
 ]
 SYSTEMS = {
     "wheel pair, linear gyro": (system("wheel-pair"), 0.016, 2.4),
@@ -102,7 +103,7 @@ def test_projection_keeps_an_order_that_cutting_off_would_lose() -> None:
     """A slave that takes constant inputs only, fed with degree 1: order 2 by the mean over the step."""
     with open_network(oscillators.pair(), in_process=True) as network:
         for slave in network.slaves:
-            slave.input_degree = 0
+            slave.description = replace(slave.description, input_degree=0)
         reference = Monolith(oscillators.pair())
         errors = []
         for h in (8e-3, 4e-3, 2e-3):
@@ -113,9 +114,9 @@ def test_projection_keeps_an_order_that_cutting_off_would_lose() -> None:
 
 def test_history_polynomials_reproduce_polynomials() -> None:
     """Through values of t^2 the polynomial of degree 2 is t^2: value, slope 2 t and curvature 2 at the newest point."""
-    history = History(0.0, np.array([0.0]), np.array([], dtype=int))
+    history = History((0.0,), (np.array([0.0]),), np.array([], dtype=int))
     for k in range(1, 5):
-        history.push(0.1 * k, np.array([(0.1 * k) ** 2]))
+        history = history.push(0.1 * k, np.array([(0.1 * k) ** 2]))
     np.testing.assert_allclose(history.polynomial(2)[:, 0], [0.16, 0.8, 2.0], rtol=1e-12)
     np.testing.assert_allclose(history.through(0.05, np.array([0.45**2]), 2)[:, 0], [0.16, 0.8, 2.0], rtol=1e-12)
 
@@ -182,7 +183,7 @@ def test_iterated_coupling_is_stable_where_one_pass_is_not() -> None:
     """A step so large that Jacobi with degree 0 blows up; iterated to agreement the oscillators stay bounded."""
     stiff = oscillators.pair().with_value("left.stiffness", 4.0)
     one = simulate(stiff, algorithm=Jacobi(0), step=0.25, stop=20.0, in_process=True).trajectory.values
-    many = simulate(stiff, algorithm=Iterated(1, solver="newton"), step=0.25, stop=20.0, in_process=True)
+    many = simulate(stiff, algorithm=Newton(1), step=0.25, stop=20.0, in_process=True)
     assert np.abs(one).max() > 1e3
     assert np.abs(many.trajectory.values).max() < 40.0
     assert many.iterations > many.steps
@@ -201,7 +202,7 @@ def test_sub_steps_of_one_component_take_the_inputs_along() -> None:
 
     def error(parts: int) -> float:
         with open_network(chain, in_process=True, substeps={"right": parts}) as network:
-            network.slaves[1].input_degree = 0
+            network.slaves[1].description = replace(network.slaves[1].description, input_degree=0)
             got = run(network, GaussSeidel(2), 0.04, 2.0).trajectory
         return float(np.abs(got["right.force"] - reference.solve(got.t)["right.force"]).max())
 
@@ -224,13 +225,41 @@ def test_held_signals_are_never_extrapolated() -> None:
         (Connection(("count", "count"), ("reader", "u")),),
     )  # fmt: skip
     with open_network(plan, in_process=True) as network:
-        outputs = network.slaves[0].outputs
-        network.slaves[0].outputs = tuple(replace(y, smooth=y.name != "count") for y in outputs)
+        known = network.slaves[0].description
+        outputs = tuple(replace(y, smooth=y.name != "count") for y in known.outputs)
+        network.slaves[0].description = replace(known, outputs=outputs)
         again = type(network)(plan, network.slaves)
         assert again.held.tolist() == [0]
-        history = History(0.0, np.array([1.0, 0.0, 1.0]), again.held)
-        history.push(0.1, np.array([2.0, 1.0, 2.0]))
+        history = History((0.0,), (np.array([1.0, 0.0, 1.0]),), again.held)
+        history = history.push(0.1, np.array([2.0, 1.0, 2.0]))
         np.testing.assert_array_equal(history.polynomial(1), [[2, 1, 2], [0, 10, 10], [0, 0, 0]])
+
+
+@pytest.mark.parametrize("algorithm", [Iterated, Newton])
+def test_a_number_of_iterations_that_is_none_is_refused(algorithm: type[Iterated | Newton]) -> None:
+    for number in (0, -1, 2.5):
+        with pytest.raises(ValueError, match=f"max_iterations must be a whole number of at least 1, got {number}"):
+            algorithm(1, max_iterations=number)  # type: ignore[arg-type]
+
+
+def test_an_algorithm_writes_to_nobody() -> None:
+    """The same step from the same history and memory, twice: the same outcome, and neither of them changed."""
+    for algorithm in (Jacobi(2), GaussSeidel(1), Nepce(1), Iterated(2), Newton(2)):
+        with open_network(oscillators.pair(cubic=3.0), in_process=True) as network:
+            Y = network.initialize(0.0, 1.0)
+            history, memory = History((0.0,), (Y.copy(),), network.held), {}
+            for k in range(3):
+                step = algorithm.advance(network, history, 0.01, memory)
+                history, memory = history.push(0.01 * (k + 1), step.Y), step.memory
+            kept = [Y.copy() for Y in history.Y], {name: value.copy() for name, value in memory.items()}
+            with save_all(network) as before:
+                once = algorithm.advance(network, history, 0.01, memory)
+                before.go_back()
+                again = algorithm.advance(network, history, 0.01, memory)
+            assert once.Y.tobytes() == again.Y.tobytes()
+            assert all(a.tobytes() == b.tobytes() for a, b in zip(history.Y, kept[0], strict=True))
+            assert memory.keys() == kept[1].keys()
+            assert all(memory[name].tobytes() == kept[1][name].tobytes() for name in memory)
 
 
 def test_connection_is_a_value() -> None:

@@ -37,9 +37,7 @@ def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm
         np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
         assert other.steps == runs[0].steps == 5001
         (a,), (b,) = runs[0].energy, other.energy
-        # Chunks end at other steps, so sums are added in another order: the residual to rounding of the exchanged energy.
-        assert b.residual == pytest.approx(a.residual, rel=1e-9, abs=1e-14 * a.exchanged)
-        assert b.peak_power == pytest.approx(a.peak_power, rel=1e-12)
+        assert b == a
 
 
 def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -48,7 +46,7 @@ def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPat
     from gyro_cosim.network.wiring import Transfer
 
     plain = network.transfer
-    monkeypatch.setattr(network, "transfer", lambda *a: Transfer(0.5 * plain(*a).factor, plain(*a).offset + 0.1))
+    monkeypatch.setattr(network, "transfer", lambda *a: Transfer(plain(*a).factor / 3, plain(*a).offset + 0.1))
     runs = three_ways(oscillators.pair(), Jacobi(2), monkeypatch, 1e-3, 0.5)
     for other in runs[1:]:
         np.testing.assert_array_equal(other.trajectory.values, runs[0].trajectory.values)
@@ -58,15 +56,18 @@ def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPat
 
 
 def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps of different history, a shorter last one, units that differ: the same residual, exchange and peak."""
+    """Steps of different history, a shorter last one, any factor and offset between units: the same sums to the last bit."""
+    from gyro_cosim.network import network
+    from gyro_cosim.network.wiring import Transfer
+
+    plain = network.transfer
+    monkeypatch.setattr(network, "transfer", lambda *a: Transfer(plain(*a).factor / 3, plain(*a).offset + 0.1))
     plan = system("wheel-pair").with_source("gyro", "nonlinear")
     monkeypatch.setattr(driver, "LONG", 0)
     compiled = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
     monkeypatch.setattr(driver, "compiled_meter", lambda: None)
-    plain = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
-    assert compiled.residual == pytest.approx(plain.residual, rel=1e-8, abs=1e-14 * plain.exchanged)
-    assert compiled.exchanged == pytest.approx(plain.exchanged, rel=1e-12)
-    assert compiled.peak_power == pytest.approx(plain.peak_power, rel=1e-12)
+    assert simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0] == compiled
+    assert compiled.residual != 0.0
 
 
 @pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])

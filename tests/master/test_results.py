@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
@@ -12,13 +13,15 @@ import pytest
 from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Iterated, Jacobi, Run, simulate, system
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
-from gyro_cosim.coupling import Algorithm
+from gyro_cosim.coupling import Algorithm, Newton
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
-from gyro_cosim.master.recording import Recording
+from gyro_cosim.master.recording import Recorder, Recording
+from gyro_cosim.master.stepping import Stepper
+from gyro_cosim.master.time_grid import TimeGrid
 from gyro_cosim.systems import StopWhen, System, SystemComponent
-from gyro_cosim.trajectory import read_csv
+from gyro_cosim.trajectory import Trajectory, read_csv
 
 PAIR = system("wheel-pair")
 
@@ -90,7 +93,7 @@ def test_a_step_that_is_too_long_is_taken_back() -> None:
 
 
 @pytest.mark.parametrize("in_process", [True, False])
-@pytest.mark.parametrize("algorithm", [Jacobi(2), GaussSeidel(1), Iterated(1, solver="newton")], ids=lambda a: a.name)
+@pytest.mark.parametrize("algorithm", [Jacobi(2), GaussSeidel(1), Newton(1)], ids=lambda a: a.name)
 def test_a_run_that_is_killed_and_resumed_gives_the_same_bytes(algorithm: Algorithm, in_process: bool, tmp_path: Path) -> None:
     """Killed after its last checkpoint at 0.8 s: what stands in the file after it is dropped, the rest follows."""
     plan = PAIR.with_source("gyro", "nonlinear")
@@ -219,3 +222,33 @@ def test_a_stop_condition_ends_the_run_at_the_step_where_it_holds(in_process: bo
     assert run.ended_by == "half a second has passed at t = 0.52 s"
     assert run.trajectory.t[-1] == pytest.approx(0.52)
     assert run.trajectory["clock.reading"][-1] == pytest.approx(0.52)
+
+
+def test_a_streamed_file_has_the_bytes_of_a_saved_one_whatever_the_names(tmp_path: Path) -> None:
+    names = ("a.y[1,2]", 'a."quoted"', "b.größe", "c.two\nlines")
+    t, values = np.array([0.0, 0.1, 1 / 3]), np.array([[1.0, -0.0, 5e-324, 0.1], [1e300, 2.0, np.pi, 7.0], [3.0, 4.0, 5.0, 6.0]])
+    whole = Trajectory(t, names, ("1",) * 4, values)
+    whole.save(tmp_path / "saved.csv")
+    network: Any = SimpleNamespace(names=names, units=whole.units)
+    recorder = Recorder(Recording(stream=tmp_path / "streamed.csv"), network, 2)
+    recorder.begin()
+    recorder.add(0, t[:2], values[:2])
+    recorder.add(2, t[2:], values[2:])
+    recorder.finish()
+    assert (tmp_path / "streamed.csv").read_bytes() == (tmp_path / "saved.csv").read_bytes()
+    assert b"\r" not in (tmp_path / "saved.csv").read_bytes()
+    back = read_csv(tmp_path / "streamed.csv")
+    assert back.names == names
+    assert back.values.tobytes() == values.tobytes()
+
+
+def test_the_state_of_a_run_can_be_compared_and_written() -> None:
+    with open_network(system("wheel-pair")) as network:
+        first, second = (Stepper(network, Newton(1), TimeGrid.over(1e-2, stop), Options()) for stop in (0.05, 0.05))
+        second.go(None, None)
+        assert first.state != second.state
+        assert second.state.done == 5
+        assert first.state.from_arrays(second.state.arrays()) == second.state
+        third = Stepper(network, Newton(1), TimeGrid.over(1e-2, 0.05), Options())
+        third.go(None, None)
+        assert third.state == second.state

@@ -11,11 +11,11 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Iterated, Jacobi, System, SystemComponent, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.accuracy.certificate import certify
 from gyro_cosim.accuracy.convergence import converge
 from gyro_cosim.accuracy.monolith import Monolith
-from gyro_cosim.coupling import Algorithm
+from gyro_cosim.coupling import Algorithm, Nepce, Newton
 from gyro_cosim.kernel import driver
 from gyro_cosim.master import Options, macro_steps, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
@@ -28,9 +28,7 @@ PAIR = system("wheel-pair")
 LATE, STEP = 64.0, 2.0**-9  # times and their differences are then exact, and so must be every bit of the results
 
 
-@pytest.mark.parametrize(
-    "algorithm", [Jacobi(0), Jacobi(2), GaussSeidel(1), Jacobi(1, nepce=True), Iterated(2, solver="newton")], ids=repr
-)
+@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(2), GaussSeidel(1), Nepce(1), Newton(2)], ids=repr)
 @pytest.mark.parametrize("in_process", [True, False], ids=["components", "fmus"])
 def test_a_system_without_a_clock_does_the_same_at_any_time(algorithm: Algorithm, in_process: bool) -> None:
     """A stop that is no multiple of the step, so that the shorter last step is there too."""

@@ -41,9 +41,9 @@ def test_every_open_parameter_is_drawn_and_can_be_set_on_the_fmus(subject: Subje
             for member in plan.members(parameter.target.partition(".")[0]):
                 slave = next(s for s in network.slaves if s.name == member)
                 name = parameter.target.partition(".")[2]
-                assert slave.settable[name].unit == parameter.unit
+                assert slave.description.settable[name].unit == parameter.unit
                 for value in (parameter.low, parameter.high):
-                    assert slave.start_values({name: value})[name] == value
+                    assert slave.description.start_values(slave.name, {name: value})[name] == value
     if subject is VEHICLE:
         names = {parameter.target for parameter in subject.parameters}
         assert names >= {"vehicle.conicity", "vehicle.friction", "gyro.spring_arm", "gyro.gimbal_stiffness"}

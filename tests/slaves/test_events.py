@@ -9,6 +9,7 @@ import pytest
 import small_fmus
 
 from gyro_cosim import Algorithm, Connection, GaussSeidel, Iterated, Jacobi, SlaveError, System, SystemComponent, simulate
+from gyro_cosim.coupling import Newton
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
@@ -109,7 +110,7 @@ def test_an_fmu_that_never_leaves_an_event_is_given_up(fault: str, words: str, t
         simulate(one(small_fmus.ball(tmp_path), **{fault: 1}), step=0.1, stop=1.0)
 
 
-@pytest.mark.parametrize("algorithm", [GaussSeidel(1), Iterated(1), Iterated(1, solver="newton")], ids=lambda a: a.name)
+@pytest.mark.parametrize("algorithm", [GaussSeidel(1), Iterated(1), Newton(1)], ids=lambda a: a.name)
 def test_events_of_steps_that_are_taken_back_do_not_count(algorithm: Algorithm, tmp_path: Path) -> None:
     file = str(small_fmus.ball(tmp_path))
     plan = System(
@@ -159,7 +160,7 @@ def test_runs_begin_anew_on_an_open_network(tmp_path: Path) -> None:
 def test_an_fmu_with_input_clocks_is_run_without_event_mode(tmp_path: Path) -> None:
     """Nobody here ticks its clocks; the rest of it runs, and tells of no events."""
     slave = open_slave("s", str(small_fmus.ball(tmp_path, clock=True)))
-    assert slave.excluded == {"clock": "Clock"}
+    assert slave.description.excluded == {"clock": "Clock"}
     slave.close()
     assert simulate(one(small_fmus.ball(tmp_path, clock=True)), step=0.1, stop=1.0).events == {}
 

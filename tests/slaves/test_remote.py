@@ -17,7 +17,7 @@ import pytest
 
 from gyro_cosim import Jacobi, SlaveError, simulate, system
 from gyro_cosim.slaves import open_slave
-from gyro_cosim.slaves.base import Slave
+from gyro_cosim.slaves.base import Restorable, Slave
 from gyro_cosim.slaves.processes.protocol import HEADER, MAGIC, Kind, Link, ProtocolError, array
 from gyro_cosim.slaves.processes.remote import RemoteSlave, parse
 from gyro_cosim.slaves.processes.serving import listen, serve
@@ -47,15 +47,12 @@ def offered(slave: Slave) -> Iterator[int]:
         assert not thread.is_alive()
 
 
-class Lagging(Slave):
+class Lagging(Restorable):
     """Passes everything on, but takes its time for the outputs of some points."""
-
-    can_serialize = False
 
     def __init__(self, slave: Slave, late: Callable[[float], float]) -> None:
         self._slave, self._late = slave, late
-        for name in ("name", "inputs", "outputs", "settable", "feedthrough", "input_degree", "can_restore"):
-            setattr(self, name, getattr(slave, name))
+        self.name, self.description = slave.name, slave.description
 
     def begin(self, values: Any, t: float, stop: float) -> None:
         self._slave.begin(values, t, stop)
@@ -78,18 +75,6 @@ class Lagging(Slave):
 
     def discard(self, snapshot: Any) -> None:
         self._slave.discard(snapshot)
-
-    def serialize(self) -> bytes:
-        raise NotImplementedError
-
-    def deserialize(self, data: bytes) -> None:
-        raise NotImplementedError
-
-    def jacobian(self) -> None:
-        return None
-
-    def state_space(self) -> None:
-        return None
 
     def close(self) -> None:
         self._slave.close()
@@ -129,8 +114,8 @@ def test_a_unit_behind_a_port_gives_the_same_numbers_and_keeps_its_signals() -> 
         other = unit()
         for kind in ("inputs", "outputs"):
             assert [(s.name, s.unit) for s in getattr(slave, kind)] == [(s.name, s.unit) for s in getattr(other, kind)]
-        assert set(slave.settable) == set(other.settable)
-        np.testing.assert_array_equal(slave.feedthrough, other.feedthrough)
+        assert set(slave.description.settable) == set(other.description.settable)
+        np.testing.assert_array_equal(slave.description.feedthrough, other.description.feedthrough)
         slave.close()
     with offered(unit()) as port:
         remote = simulate(PLAN.with_source("gyro", f"tcp://127.0.0.1:{port}"), step=5e-3, stop=0.5, in_process=True)

@@ -8,7 +8,7 @@ import oscillators
 import pytest
 
 from gyro_cosim import GaussSeidel, Jacobi, SlaveError, System, SystemComponent, simulate, system
-from gyro_cosim.component import Component, build, state
+from gyro_cosim.component import Component, build, output, state
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.systems import catalogue
 
@@ -57,11 +57,11 @@ def test_an_fmu_shows_the_master_what_its_component_does(spec: str) -> None:
     try:
         for kind in ("inputs", "outputs"):
             assert [(s.name, s.unit) for s in getattr(here, kind)] == [(s.name, s.unit) for s in getattr(there, kind)]
-        np.testing.assert_array_equal(here.feedthrough, there.feedthrough)
-        assert there.input_degree == here.input_degree
-        assert there.can_restore
-        for name, signal in here.settable.items():
-            other = there.settable[name]
+        np.testing.assert_array_equal(here.description.feedthrough, there.description.feedthrough)
+        assert there.description.input_degree == here.description.input_degree
+        assert there.description.can_restore
+        for name, signal in here.description.settable.items():
+            other = there.description.settable[name]
             assert (signal.unit, signal.start, signal.min, signal.max) == (other.unit, other.start, other.min, other.max)
     finally:
         there.close()
@@ -173,3 +173,18 @@ def test_a_gyro_from_a_file_takes_the_place_of_a_built_in_one(tmp_path: Path) ->
     plan = oscillators.pair()
     a, b = (simulate(plan, step=2e-3, stop=1.0, in_process=here).trajectory.values for here in (True, False))
     np.testing.assert_allclose(a, b, rtol=0, atol=1e-12)
+
+
+def huge() -> Component:
+    """Two outputs that are finite, and whose sum is not."""
+    return build(
+        name="huge", variant="two", description="two large outputs", equations="", internal_step=1e-3,
+        variables=(state("x", "1", "clock"), output("a", "1", "a"), output("b", "1", "b")),
+        model=lambda s: ({"x": 1}, {"a": 1.2e308 + 0 * s["x"], "b": 1.2e308 + 0 * s["x"]}),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_finite_outputs_pass_though_their_sum_overflows(in_process: bool) -> None:
+    plan = System("s", (SystemComponent("h", f"{__file__}:huge"),), ())
+    assert simulate(plan, step=0.1, stop=0.2, in_process=in_process).trajectory.end() == {"h.a": 1.2e308, "h.b": 1.2e308}

@@ -48,7 +48,7 @@ def driven(
     slave: Slave = open_slave("gyro", source, in_process=in_process)
     n = round(stop / step)
     try:
-        slave.initialize(slave.start_values(values), 0.0, stop)
+        slave.initialize(slave.description.start_values(slave.name, values), 0.0, stop)
         axes = [s.name.removesuffix("_rate") for s in slave.inputs]
         still: Rate = lambda t: (0.0, 0.0, 0.0)  # noqa: E731
 

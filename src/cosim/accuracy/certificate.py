@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..coupling import Algorithm, History
+from ..coupling import Algorithm, History, Memory
 from ..errors import ConvergenceError
 from ..master import Run, run
 from ..network import Network
@@ -133,22 +133,20 @@ def step_map(linear: Linearised, algorithm: Algorithm, h: float) -> np.ndarray:
     The vector: states of all slaves, then the coupled outputs one, two, ... steps ago, as many as the algorithm looks back.
     """
     network, n = linear.network, linear.size
-    coupled, past = network.coupled, algorithm.memory
+    coupled, past = network.coupled, algorithm.looks_back
     size = n + past * coupled.size
     matrix = np.zeros((size, size))
+    memory: Memory = {}  # of the columns before: it holds how large signals are, without which zero is never reached
     for column in range(size):
         vector = np.zeros(size)
         vector[column] = 1.0
         linear.put(vector[:n])
         Y = network.outputs(np.zeros(len(network.names)), 0.0)
-        history = History(0.0, Y, network.held)
-        for k in range(past):
-            old = np.zeros_like(Y)
-            old[coupled] = vector[n + k * coupled.size : n + (k + 1) * coupled.size]
-            history.t.append(-(k + 1) * h)
-            history.Y.append(old)
+        points = np.zeros((1 + past, Y.size))  # newest first
+        points[0], points[1:, coupled] = Y, vector[n:].reshape(past, coupled.size)
+        history = History(tuple(-k * h for k in range(1 + past)), tuple(points), network.held)
         now = Y[coupled].copy()
-        algorithm.advance(network, history, h)
+        memory = algorithm.advance(network, history, h, memory).memory
         matrix[:n, column] = linear.states()
         if past:
             matrix[n : n + coupled.size, column] = now

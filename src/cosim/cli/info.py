@@ -9,7 +9,7 @@ from rich.table import Table
 from ..master import open_network
 from ..network import Network
 from ..slaves.fmi.description import Description, Row, load
-from ..slaves.fmi.signals import interface
+from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
 from ..systems import archive
 from .common import AsJson, say
@@ -46,7 +46,7 @@ def fmu_document(file: str, d: Description) -> dict[str, Any]:
         names = members.namelist()
     binaries = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and not n.endswith("/")})
     needed = {tag: {k: attributes[k] for k in CAPABILITIES if k in attributes} for tag, attributes in d.interfaces.items()}
-    direct = interface(d)
+    direct = described(d)
     through = [
         {"output": y.name, "inputs": [u.name for u, feeds in zip(direct.inputs, row, strict=True) if feeds]}
         for y, row in zip(direct.outputs, direct.feedthrough, strict=True)
@@ -112,14 +112,15 @@ def system_document(network: Network) -> dict[str, Any]:
     driven = {wire["to"] for wire in wires}
     parts = []
     for part, slave in zip(system.components, network.slaves, strict=True):
-        ignored = sorted(name for name in part.bound if name not in slave.settable)
-        given = {**{n: v for n, v in part.bound.items() if n in slave.settable}, **part.values}
+        ignored = sorted(name for name in part.bound if name not in slave.description.settable)
+        given = {**{n: v for n, v in part.bound.items() if n in slave.description.settable}, **part.values}
         parts.append({
             "name": part.name, "source": part.source,
             "inputs": [s.name for s in slave.inputs], "outputs": [s.name for s in slave.outputs],
             "open_inputs": [s.name for s in slave.inputs if f"{slave.name}.{s.name}" not in driven],
-            "input_degree": slave.input_degree, "can_restore": slave.can_restore, "can_serialize": slave.can_serialize,
-            "values": {name: str(slave.settable[name].value(value)) for name, value in given.items()},
+            "input_degree": slave.description.input_degree, "can_restore": slave.description.can_restore,
+            "can_serialize": slave.description.can_serialize,
+            "values": {name: str(slave.description.settable[name].value(value)) for name, value in given.items()},
             "ignored_values": ignored,
         })  # fmt: skip
     return {

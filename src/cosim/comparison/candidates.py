@@ -136,7 +136,8 @@ def _plan(
     first = next(part for part in plan.components if part.name in members)
     slave = open_slave(first.name, first.source, in_process=in_process)
     try:
-        settable, period = slave.settable, [s for n, s in slave.settable.items() if n.endswith("sampling_period")]
+        settable = slave.description.settable
+        period = [s for n, s in settable.items() if n.endswith("sampling_period")]
     finally:
         slave.close()
     for target, value in values:

@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Sequence
 
-from .base import Algorithm
-from .explicit import Explicit, GaussSeidel, Jacobi
+from .base import Algorithm, Memory, Step
+from .explicit import Explicit, GaussSeidel, Jacobi, Nepce
 from .history import MAX_DEGREE, History
-from .iterated import Iterated
+from .iterated import Iterated, Newton
 
-__all__ = ["ALGORITHMS", "MAX_DEGREE", "Algorithm", "Explicit", "GaussSeidel", "History", "Iterated", "Jacobi", "algorithm"]
+__all__ = [
+    "ALGORITHMS", "MAX_DEGREE", "Algorithm", "Explicit", "GaussSeidel", "History", "Iterated", "Jacobi", "Memory", "Nepce",
+    "Newton", "Step", "algorithm",
+]  # fmt: skip
 
 ALGORITHMS: dict[str, Callable[[int], Algorithm]] = {
-    "jacobi": Jacobi,
-    "gauss-seidel": GaussSeidel,
-    "nepce": lambda degree: Jacobi(degree, nepce=True),
-    "iterated": lambda degree: Iterated(degree, solver="aitken"),
-    "newton": lambda degree: Iterated(degree, solver="newton"),
-}
+    "jacobi": Jacobi, "gauss-seidel": GaussSeidel, "nepce": Nepce, "iterated": Iterated, "newton": Newton,
+}  # fmt: skip
 
 
 def algorithm(name: str, degree: int, sequence: Sequence[str] = ()) -> Algorithm:

@@ -1,19 +1,45 @@
 """What every coupling algorithm is."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..network import Network
+from ..slaves import Restorable, restorable
 from .history import MAX_DEGREE, History
 
 Used = list[np.ndarray]  # the input polynomials that the slaves followed, per slave of shape (3, n_u)
+Memory = Mapping[str, np.ndarray]  # what an algorithm remembers from one macro step to the next, by names of its own
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """What a macro step came to.
+
+    Parameters
+    ----------
+    Y : ndarray, shape (n_Y,)
+        Consistent outputs at its end.
+    used : list of ndarray, each of shape (3, n_u)
+        The input polynomials that the slaves followed.
+    memory : mapping of str to ndarray
+        What the algorithm wants to be handed with the next step.
+    passes : int
+        How often the step was done where the algorithm iterates; else 0.
+    """
+
+    Y: np.ndarray
+    used: Used
+    memory: Memory = field(default_factory=dict)
+    passes: int = 0
 
 
 @dataclass(frozen=True)
 class Algorithm(ABC):
-    """A coupling algorithm with input polynomials of `degree` 0, 1 or 2."""
+    """A coupling algorithm with input polynomials of `degree` 0, 1 or 2. It keeps nothing itself, and writes to nobody."""
 
     degree: int = 1
 
@@ -27,8 +53,8 @@ class Algorithm(ABC):
         return self.degree + 1
 
     @property
-    def memory(self) -> int:
-        """How many communication points before the newest one the algorithm looks back."""
+    def looks_back(self) -> int:
+        """How many communication points before the newest one the algorithm needs."""
         return self.degree
 
     @property
@@ -37,8 +63,27 @@ class Algorithm(ABC):
         """As the command line writes it."""
 
     @abstractmethod
-    def advance(self, network: Network, history: History, h: float) -> tuple[np.ndarray, Used]:
-        """One macro step of h (s) from the newest point; returns consistent Y there and the inputs that were used."""
+    def advance(self, network: Network, history: History, h: float, memory: Memory) -> Step:
+        """One macro step of h (s) from the newest point of `history`.
+
+        Parameters
+        ----------
+        network : Network
+            Whose slaves stand at that point, and at its end afterwards.
+        history : History
+            Outputs so far.
+        h : float
+            Length, s.
+        memory : mapping of str to ndarray
+            What the step before returned as such; empty for the first.
+
+        Raises
+        ------
+        SlaveError
+            A component failed.
+        ConvergenceError
+            An iteration did not end.
+        """
 
     def check(self, network: Network) -> None:  # noqa: B027  (most algorithms take any network)
         """ValueError if the network cannot be run with this algorithm."""
@@ -49,30 +94,47 @@ def step_all(network: Network, C: np.ndarray, t: float, h: float) -> Used:
     return [network.step(i, network.inputs(i, C), t, h) for i in range(len(network.slaves))]
 
 
-def go_back(network: Network, states: list[object]) -> None:
-    """Put every slave back to a saved state."""
-    for slave, state in zip(network.slaves, states, strict=True):
-        slave.restore(state)
+@dataclass(frozen=True, eq=False)
+class Saved:
+    """The state of every slave at one time. Free it with discard(), or leave that to a `with`."""
+
+    slaves: Sequence[Restorable]
+    states: Sequence[Any]
+
+    def go_back(self) -> None:
+        """Put every slave back there."""
+        for slave, state in zip(self.slaves, self.states, strict=True):
+            slave.restore(state)
+
+    def discard(self) -> None:
+        """Free it."""
+        for slave, state in zip(self.slaves, self.states, strict=True):
+            slave.discard(state)
+
+    def __enter__(self) -> "Saved":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.discard()
 
 
-def save_all(network: Network) -> list[object]:
-    """The present state of every slave; free it with discard_all()."""
-    return [slave.save() for slave in network.slaves]
-
-
-def discard_all(network: Network, states: list[object]) -> None:
-    """Free what save_all() returned."""
-    for slave, state in zip(network.slaves, states, strict=True):
-        slave.discard(state)
+def save_all(network: Network, what: str = "a repeated step") -> Saved:
+    """The present state of every slave; ValueError names the first that cannot go back, for `what` needs it to."""
+    slaves = require_restore(network, what)
+    return Saved(slaves, [slave.save() for slave in slaves])
 
 
 def can_restore(network: Network) -> bool:
     """Whether every slave can go back."""
-    return all(slave.can_restore for slave in network.slaves)
+    return all(restorable(slave) is not None for slave in network.slaves)
 
 
-def require_restore(network: Network, what: str) -> None:
-    """ValueError naming the first slave that cannot go back."""
+def require_restore(network: Network, what: str) -> list[Restorable]:
+    """The slaves, all of which can go back; ValueError names the first that cannot."""
+    found = []
     for slave in network.slaves:
-        if not slave.can_restore:
+        able = restorable(slave)
+        if able is None:
             raise ValueError(f"{what} needs components that can save and restore their state, {slave.name!r} cannot")
+        found.append(able)
+    return found

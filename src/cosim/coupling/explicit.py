@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..network import Network
-from .base import Algorithm, Used, can_restore, discard_all, go_back, save_all, step_all
+from .base import Algorithm, Memory, Step, Used, can_restore, save_all, step_all
 from .history import History
 
 # Integral over the next step of what extrapolation of degree k misses, in steps times the difference of order k + 1.
@@ -35,58 +35,72 @@ class Explicit(Algorithm):
     """Every slave steps once, but for the first steps of a run."""
 
     @abstractmethod
-    def sweep(self, network: Network, history: History, h: float, degree: int) -> tuple[np.ndarray, Used]:
+    def sweep(self, network: Network, history: History, h: float, degree: int) -> Step:
         """One macro step with inputs of `degree`, which may be lower than the algorithm's own at the start of a run."""
 
-    def advance(self, network: Network, history: History, h: float) -> tuple[np.ndarray, Used]:
+    def advance(self, network: Network, history: History, h: float, memory: Memory) -> Step:
         degree = min(self.degree, len(history.Y) - 1)
         if degree == self.degree or not can_restore(network):
             return self.sweep(network, history, h, degree)
-        states = save_all(network)
-        Y, _ = self.sweep(network, history, h, degree)
-        go_back(network, states)
-        discard_all(network, states)
+        with save_all(network) as before:
+            Y = self.sweep(network, history, h, degree).Y
+            before.go_back()
         used = step_all(network, history.through(h, Y, degree + 1), history.t[0], h)
-        return network.outputs(Y.copy(), history.t[0] + h), used
+        return Step(network.outputs(Y.copy(), history.t[0] + h), used)
 
 
 @dataclass(frozen=True)
 class Jacobi(Explicit):
-    """All slaves step from the same extrapolation, as if side by side. Order degree + 1; with NEPCE one more, at most 3.
-
-    nepce : correct the coupled signals, those of power bonds among them, for what the last step's extrapolation missed.
-    """
-
-    nepce: bool = False
+    """All slaves step from the same extrapolation, as if side by side. Order degree + 1."""
 
     @property
     def name(self) -> str:
-        return "nepce" if self.nepce else "jacobi"
+        return "jacobi"
+
+    def sweep(self, network: Network, history: History, h: float, degree: int) -> Step:
+        return _side_by_side(network, history, h, history.polynomial(degree))
+
+
+@dataclass(frozen=True)
+class Nepce(Explicit):
+    """Jacobi that corrects the coupled signals, those of power bonds among them, for what the last step's extrapolation missed.
+
+    Order degree + 2, at most 3. It needs even macro steps.
+    """
+
+    @property
+    def name(self) -> str:
+        return "nepce"
 
     @property
     def order(self) -> int:
-        return min(self.degree + 1 + self.nepce, 3)  # the cold start allows no more
+        return min(self.degree + 2, 3)  # the cold start allows no more
 
     @property
-    def memory(self) -> int:
-        return self.degree + self.nepce
+    def looks_back(self) -> int:
+        return self.degree + 1
 
-    def sweep(self, network: Network, history: History, h: float, degree: int) -> tuple[np.ndarray, Used]:
+    def sweep(self, network: Network, history: History, h: float, degree: int) -> Step:
         C = history.polynomial(degree)
-        if self.nepce:
-            C[0] += self._missing(network, history, degree)
-        used = step_all(network, C, history.t[0], h)
-        return network.outputs(history.Y[0].copy(), history.t[0] + h), used
+        C[0] += _missing(network, history, degree)
+        return _side_by_side(network, history, h, C)
 
-    def _missing(self, network: Network, history: History, degree: int) -> np.ndarray:
-        """The mean of what the last step's extrapolation missed, shape (n_Y,); nothing for signals that are held."""
-        missing = np.zeros_like(history.Y[0])
-        if len(history.Y) < degree + 2:
-            return missing
-        places = np.setdiff1d(network.coupled, network.held)
-        difference = np.diff(np.array([Y[places] for Y in history.Y[: degree + 2]])[::-1], degree + 1, axis=0)[0]
-        missing[places] = MISSED[degree] * difference
+
+def _side_by_side(network: Network, history: History, h: float, C: np.ndarray) -> Step:
+    """Every slave steps under the polynomials C, shape (3, n_Y), of all outputs."""
+    used = step_all(network, C, history.t[0], h)
+    return Step(network.outputs(history.Y[0].copy(), history.t[0] + h), used)
+
+
+def _missing(network: Network, history: History, degree: int) -> np.ndarray:
+    """The mean of what the last step's extrapolation missed, shape (n_Y,); nothing for signals that are held."""
+    missing = np.zeros_like(history.Y[0])
+    if len(history.Y) < degree + 2:
         return missing
+    places = np.setdiff1d(network.coupled, network.held)
+    difference = np.diff(np.array([Y[places] for Y in history.Y[: degree + 2]])[::-1], degree + 1, axis=0)[0]
+    missing[places] = MISSED[degree] * difference
+    return missing
 
 
 @dataclass(frozen=True)
@@ -105,7 +119,7 @@ class GaussSeidel(Explicit):
     def check(self, network: Network) -> None:
         network.sequence(self.sequence)
 
-    def sweep(self, network: Network, history: History, h: float, degree: int) -> tuple[np.ndarray, Used]:
+    def sweep(self, network: Network, history: History, h: float, degree: int) -> Step:
         t = history.t[0]
         C = history.polynomial(degree)
         Y = C[0] + h * (C[1] + h * C[2] / 2)  # a guess, replaced slave by slave
@@ -115,4 +129,4 @@ class GaussSeidel(Explicit):
             part = network.slices[i]
             Y[part] = network.slaves[i].output(U[0] + h * (U[1] + h * U[2] / 2), t + h)
             C[:, part] = history.through(h, Y, min(self.degree, len(history.Y)))[:, part]
-        return network.outputs(Y, t + h), used
+        return Step(network.outputs(Y, t + h), used)

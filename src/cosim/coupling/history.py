@@ -8,32 +8,38 @@ give p(s) = Y_0 + a (s - s_0) + b (s - s_0)(s - s_1), so at s = 0
 
     p = Y_0 - a s_0 + b s_0 s_1,   p' = a - b (s_0 + s_1),   p'' = 2 b.
 
-Every operation is elementwise and in this order, in cosim/kernel/loop.py as well, so that both give the same bits.
+Every operation is elementwise and in this order, in kernel/loop.py as well, so that both give the same bits.
 """
+
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 MAX_DEGREE = 2
 
 
+@dataclass(frozen=True, eq=False)
 class History:
-    """Outputs at the last communication points, newest first: times `t` (s), values `Y`, each of shape (n_Y,).
+    """Outputs at the last communication points, newest first; a value, to which push() gives the next.
 
-    held : places in Y that are never extrapolated (integers, booleans, discrete signals), an index array.
+    Parameters
+    ----------
+    t : tuple of float
+        Times (s).
+    Y : tuple of ndarray, each of shape (n_Y,)
+        Outputs there; nobody writes into them.
+    held : ndarray of int
+        Places in Y that are never extrapolated (integers, booleans, discrete signals).
     """
 
-    def __init__(self, t: float, Y: np.ndarray, held: np.ndarray) -> None:
-        self.t: list[float] = [t]
-        self.Y: list[np.ndarray] = [Y]
-        self.held = held
-        self.iterations = 0  # of iterated algorithms, summed over all macro steps
-        self.jacobian: np.ndarray | None = None  # of the interface, kept from step to step by Newton's method
+    t: tuple[float, ...]
+    Y: tuple[np.ndarray, ...]
+    held: np.ndarray
 
-    def push(self, t: float, Y: np.ndarray) -> None:
-        """Add the newest point and forget what nothing needs."""
-        self.t.insert(0, t)
-        self.Y.insert(0, Y)
-        del self.t[MAX_DEGREE + 2 :], self.Y[MAX_DEGREE + 2 :]
+    def push(self, t: float, Y: np.ndarray) -> "History":
+        """With the newest point added, and what nothing needs forgotten."""
+        return History((t, *self.t[: MAX_DEGREE + 1]), (Y, *self.Y[: MAX_DEGREE + 1]), self.held)
 
     def polynomial(self, degree: int) -> np.ndarray:
         """C, shape (3, n_Y): value and derivatives at the newest point of the polynomial through the newest degree + 1."""
@@ -45,7 +51,7 @@ class History:
         now = self.t[0]
         return self._newton([h, *(t - now for t in self.t[:degree])], [Y_next, *self.Y[:degree]])
 
-    def _newton(self, s: list[float], Y: list[np.ndarray]) -> np.ndarray:
+    def _newton(self, s: Sequence[float], Y: Sequence[np.ndarray]) -> np.ndarray:
         C = np.zeros((3, Y[0].size))
         C[0] = Y[0]
         if len(s) > 1:

@@ -1,17 +1,18 @@
 """A slave behind a delayed, perhaps compensated interface. What the filters mean stands in gyro_cosim.hil.compensation."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gyro_cosim.component.variables import BALANCE
 
-from ..slaves.base import Slave, StateSpace
+from ..slaves.base import Counting, Counts, Restorable, Slave, counts, restorable
 from .compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 
 
-class DelayedSlave(Slave):
+class DelayedSlave(Restorable, Counting):
     """`slave`, whose efforts arrive `delay` (s) late; the other outputs (energies, angles) stay as they are.
 
     pairs : (place in u of the motion, row of y of the effort) of each bond.
@@ -19,9 +20,6 @@ class DelayedSlave(Slave):
     model : another slave with the same signals, for model-based prediction; it gets the same inputs.
     passive : whether a passivity controller stands at the end.
     """
-
-    can_serialize = False
-    raw = None
 
     def __init__(
         self, slave: Slave, pairs: Sequence[tuple[int, int]], *, step: float, delay: float,
@@ -35,16 +33,18 @@ class DelayedSlave(Slave):
         self._passive = passive
         rows = {signal.name: row for row, signal in enumerate(slave.outputs)}
         self._balance = tuple(rows.get(name) for name in BALANCE)
-        self.name, self.inputs, self.outputs, self.settable = slave.name, slave.inputs, slave.outputs, slave.settable
-        self.excluded, self.input_degree = slave.excluded, slave.input_degree
-        self.can_restore = slave.can_restore and (model is None or model.can_restore)
-        self.feedthrough = slave.feedthrough.copy()
-        self.initial_feedthrough = (slave.feedthrough if slave.initial_feedthrough is None else slave.initial_feedthrough).copy()
+        self.name = slave.name
+        feedthrough, initial = slave.description.feedthrough.copy(), slave.description.initial_feedthrough.copy()
         if delay_taps(delay / step)[0] == 0.0 and model is None:
-            self.feedthrough[self._rows] = False
+            feedthrough[self._rows] = False
         if passive:
-            self.feedthrough[np.ix_(self._rows, self._places)] = True
-            self.initial_feedthrough[np.ix_(self._rows, self._places)] = True
+            feedthrough[np.ix_(self._rows, self._places)] = True
+            initial[np.ix_(self._rows, self._places)] = True
+        self._inside = [restorable(one) for one in (slave, model) if one is not None]
+        self.description = replace(
+            slave.description, feedthrough=feedthrough, initial_feedthrough=initial, can_restore=None not in self._inside,
+            can_serialize=False,
+        )  # fmt: skip
         if model is not None:
             names = [signal.name for signal in model.outputs]
             self._model_rows = np.array([names.index(slave.outputs[row].name) for row in self._rows], dtype=int)
@@ -52,12 +52,11 @@ class DelayedSlave(Slave):
     def begin(self, values: Mapping[str, Any], t: float, stop: float) -> None:
         self._slave.begin(values, t, stop)
         if self._model is not None:
-            self._model.begin({n: v for n, v in values.items() if n in self._model.settable}, t, stop)
+            self._model.begin({n: v for n, v in values.items() if n in self._model.description.settable}, t, stop)
         self._start_anew()
 
     def finish(self) -> None:
         self._slave.finish()
-        self.events = self._slave.events
         if self._model is not None:
             self._model.finish()
         self._start_anew()  # what arrived before was on the way to the start
@@ -107,37 +106,27 @@ class DelayedSlave(Slave):
         for one, v in zip(self._filters, signals, strict=True):
             one.push(v)
         self._slave.step(U, t, h)
-        self.events = self._slave.events
         if self._model is not None:
             self._model.step(U, t, h)
 
+    @property
+    def counts(self) -> Counts:
+        return counts(self._slave)
+
     def save(self) -> Any:
-        model = None if self._model is None else self._model.save()
-        return self._slave.save(), model, self._filters, self._controller, self._now, self._heat
+        inside = [one.save() for one in self._inside if one is not None]
+        return inside, self._filters, self._controller, self._now, self._heat
 
     def restore(self, snapshot: Any) -> None:
-        inner, model, self._filters, self._controller, self._now, self._heat = snapshot
-        self._slave.restore(inner)
-        self.events = self._slave.events
-        if self._model is not None:
-            self._model.restore(model)
+        inside, self._filters, self._controller, self._now, self._heat = snapshot
+        for one, state in zip(self._inside, inside, strict=True):
+            if one is not None:
+                one.restore(state)
 
     def discard(self, snapshot: Any) -> None:
-        self._slave.discard(snapshot[0])
-        if self._model is not None:
-            self._model.discard(snapshot[1])
-
-    def serialize(self) -> bytes:
-        raise ValueError(f"component {self.name!r} stands behind a delay and cannot serialize its state")
-
-    def deserialize(self, data: bytes) -> None:
-        raise ValueError(f"component {self.name!r} stands behind a delay and cannot serialize its state")
-
-    def jacobian(self) -> np.ndarray | None:
-        return None
-
-    def state_space(self) -> StateSpace | None:
-        return None
+        for one, state in zip(self._inside, snapshot[0], strict=True):
+            if one is not None:
+                one.discard(state)
 
     def close(self) -> None:
         self._slave.close()

@@ -6,7 +6,7 @@ coupling/history.py operation by operation, so all three give the same bits; a t
 """
 
 import sys
-from typing import Any
+from typing import Any, NamedTuple
 
 from .ctypes_calls import (
     DEGREE,
@@ -39,27 +39,94 @@ from .ctypes_calls import (
 LARGEST = sys.float_info.max
 
 
-def march(
-    S: Any, source: Any, fresh: Any, scale: Any, offset: Any, u: Any, du: Any, orders: Any, sequence: Any, exchange: Any,
-    sequential: bool, degree: int, Y: Any, t: Any, h: Any, row: int, rows: int, stops: Any, above: Any, bond_inputs: Any,
-    bond_used: Any, timed_every: int, now: Any, spent: Any, pointers: Any, kept: Any, failure: Any,
-    told: Any, reached: Any, due: Any,
-) -> int:  # fmt: skip
+class Plan(NamedTuple):
+    """What the loop does, the same for every step; made by FastLoop. Arrays are int64 or float64.
+
+    Parameters
+    ----------
+    slaves : shape (n_slaves, len(COLUMNS))
+        Addresses and sizes, see ctypes_calls.COLUMNS.
+    source, scale, offset, fresh : shape (n_u,), of the connected inputs of all slaves, slave by slave
+        Place in Y of the source, conversion, and whether the source has stepped already (Gauss-Seidel).
+    sequence, exchange : shape (n_slaves,)
+        Order of stepping and of evaluation.
+    stops, above : shape (n_stops,)
+        Places in Y, and the values above which they end the march, with that step done.
+    bond_inputs : shape (2 n_bonds, 3)
+        Places of value, slope and curvature of each input of a power bond, in u, du and du.
+    pointers : shape (6,)
+        Addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
+    degree : int
+        Of the input polynomials.
+    sequential : bool
+        Gauss-Seidel instead of Jacobi.
+    """
+
+    slaves: Any
+    source: Any
+    scale: Any
+    offset: Any
+    fresh: Any
+    sequence: Any
+    exchange: Any
+    stops: Any
+    above: Any
+    bond_inputs: Any
+    pointers: Any
+    degree: int
+    sequential: bool
+
+
+class Data(NamedTuple):
+    """What the loop reads and writes on the way.
+
+    Parameters
+    ----------
+    Y, t, h : shapes (rows, n_Y), (rows,), (rows,)
+        Outputs, times and steps; Y holds at least `degree` points before the row that a march begins with.
+    used : shape (rows, 2 n_bonds, 3)
+        For each step, value, slope and curvature of the inputs of the power bonds that it followed.
+    u, du, kept : shapes (n_u + 1,), (2 n_u + 1,), (n_u + 1,)
+        Connected inputs of all slaves; their derivatives, per slave all first ones, then all second ones; scratch, as u.
+    orders : shape (n_slaves,), int64
+        Highest derivative sent so far.
+    told, reached : shapes (n_slaves, 16), uint8, and (n_slaves, 2)
+        Of FMI 3.0: answers of doStep, as bytes and as numbers.
+    due : shape (n_slaves,)
+        Of FMI 3.0: when each slave's next event is due, s.
+    spent, now : shapes (n_slaves,) and (2,), int64
+        Time in steps per slave, s; what the clock says.
+    failure : shape (3,), int64
+        Slave, call (place in CALLS) and status of the call that stopped a march.
+    """
+
+    Y: Any
+    t: Any
+    h: Any
+    used: Any
+    u: Any
+    du: Any
+    kept: Any
+    orders: Any
+    told: Any
+    reached: Any
+    due: Any
+    spent: Any
+    now: Any
+    failure: Any
+
+
+def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
     """Macro steps from row `row` of Y to row + rows; returns how many were done.
 
-    S : table of slaves, see gyro_cosim.kernel.ctypes_calls.
-    source, scale, offset : per connected input, slave by slave. fresh : whether its source has stepped already (Gauss-Seidel).
-    u, du : connected inputs of all slaves and their derivatives, per slave all first ones, then all second ones.
-    orders : highest derivative sent so far. sequence, exchange : order of stepping and of evaluation.
-    Y, t, h : outputs, times and steps per row; Y holds at least `degree` earlier rows.
-    stops, above : places in Y and the values above which they end the march, with that step done.
-    bond_inputs, bond_used : places in u and du, and for each step what was found there, shape (rows, n, 3).
-    timed_every : one step in so many is timed, none where it is 0. spent : s per slave. kept : scratch, as u.
-    pointers : addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
-    told, reached, due : of FMI 3.0: answers of doStep, as bytes and as numbers; when each slave's next event is due (s).
-    failure : slave, call (place in CALLS) and status of the call that stopped the march.
-    An output that is not finite stops it, too, before it reaches another slave; one that reaches none does not.
+    timed_every : one step in so many is timed, none where it is 0.
+    An output that is not finite stops the march, too, before it reaches another slave; one that reaches none does not.
     """
+    S, source, scale, offset, fresh = plan.slaves, plan.source, plan.scale, plan.offset, plan.fresh
+    sequence, exchange, stops, above = plan.sequence, plan.exchange, plan.stops, plan.above
+    bond_inputs, pointers, degree, sequential = plan.bond_inputs, plan.pointers, plan.degree, plan.sequential
+    Y, t, h, bond_used, u, du, kept, orders = data.Y, data.t, data.h, data.used, data.u, data.du, data.kept, data.orders
+    told, reached, due, spent, now, failure = data.told, data.reached, data.due, data.spent, data.now, data.failure
     n_Y = Y.shape[1]
     for k in range(rows):
         r = row + k

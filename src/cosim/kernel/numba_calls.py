@@ -26,7 +26,8 @@ def _foreign(name: str, *kinds: str) -> Callable[..., Any]:
     names = ", ".join(f"a{k}" for k in range(len(kinds) + 1))
     scope: dict[str, Any] = {"signature": signature, "codegen": codegen}
     exec(f"def {name}(context, {names}):\n    return signature, codegen\n", scope)
-    return intrinsic(scope[name])
+    made: Callable[..., Any] = intrinsic(scope[name])
+    return made
 
 
 _values = _foreign("values", "p", "p", "z", "p")

@@ -9,18 +9,19 @@ The next step is h min(3, max(1/5, 0.9 err^(-1/(order + 1)))), err relative to t
 Source: Sadjina et al., Energy conservation and power bonds in co-simulations (2016).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from ..coupling import Algorithm, History, Iterated, Jacobi
-from ..coupling.base import Used, discard_all, go_back, require_restore, save_all
+from ..coupling import Algorithm, History, Memory, Nepce, Step
+from ..coupling.base import Saved, require_restore, save_all
+from ..coupling.iterated import Repeated
 from ..errors import ConvergenceError
 from ..network import Network
 from .energy import residual_power
 
-Step = tuple[float, float, np.ndarray, Used]  # h, t after it, Y there, inputs used
+Taken = tuple[float, float, Step]  # h (s), the time (s) after it, and what the step came to
 
 
 @dataclass(frozen=True)
@@ -45,15 +46,15 @@ class Adaptive:
 
 
 class Controller:
-    """Chooses the macro steps of one run; `rejections` counts those that were taken back."""
+    """Chooses the macro steps of one run."""
 
     def __init__(self, how: Adaptive, network: Network, algorithm: Algorithm, step: float, stop: float) -> None:
         require_restore(network, "an adaptive macro step")
-        if isinstance(algorithm, Jacobi) and algorithm.nepce:
+        if isinstance(algorithm, Nepce):
             raise ValueError("NEPCE needs even macro steps and cannot be combined with an adaptive one")
         if how.estimate == "energy" and not network.bonds:
             raise ValueError("the energy estimate needs a power bond, the system has none")
-        if how.estimate == "energy" and isinstance(algorithm, Iterated):
+        if how.estimate == "energy" and isinstance(algorithm, Repeated):
             raise ValueError(
                 f"the energy estimate sees no error of {algorithm.name!r}, whose inputs agree with the outputs at the end"
             )
@@ -61,53 +62,49 @@ class Controller:
         self._next = min(step, how.largest)
         self._size = np.zeros(len(network.coupled))
         self._power = 0.0
-        self.rejections = 0
 
-    def advance(self, history: History) -> list[Step]:
-        """The next accepted step, as one or two steps that follow one another."""
-        t = history.t[0]
-        states = save_all(self._network)
-        try:
+    def advance(self, history: History, memory: Memory) -> tuple[list[Taken], int]:
+        """The next accepted step, as one or two steps that follow one another, and how many were taken back before it."""
+        t, rejections, wasted = history.t[0], 0, 0
+        estimate = self._doubled if self._how.estimate == "doubling" else self._weighed
+        with save_all(self._network, "an adaptive macro step") as before:
             while True:
                 left = self._stop - t
                 h = left if self._next > left * (1 - 1e-9) else min(self._next, left / 2 if self._next > left / 2 else self._next)
                 end = self._stop if h == left else t + h
-                steps, error = (self._doubled if self._how.estimate == "doubling" else self._weighed)(history, h, end, states)
+                steps, error = estimate(history, h, end, before, memory)
                 factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1 / (self._algorithm.order + 1))))
                 self._next = min(h * factor, self._how.largest)
                 if error <= 1.0:
-                    return steps
-                self.rejections += 1
+                    length, after, step = steps[0]
+                    return [(length, after, replace(step, passes=step.passes + wasted)), *steps[1:]], rejections
+                rejections, wasted = rejections + 1, wasted + sum(step.passes for _, _, step in steps)
+                memory = steps[-1][2].memory
                 if self._next < self._how.smallest:
                     raise ConvergenceError(
                         f"the macro step at t = {t:.9g} s must reach the tolerance {self._how.tolerance:g} before its "
                         f"smallest size of {self._how.smallest:g} s, estimate {error * self._how.tolerance:.3g} over {h:g} s"
                     )
-                go_back(self._network, states)
-        finally:
-            discard_all(self._network, states)
+                before.go_back()
 
-    def _doubled(self, history: History, h: float, end: float, states: list[object]) -> tuple[list[Step], float]:
+    def _doubled(self, history: History, h: float, end: float, before: Saved, memory: Memory) -> tuple[list[Taken], float]:
         """Two half steps, and the estimate from the whole one."""
         network, coupled = self._network, self._network.coupled
-        whole, _ = self._algorithm.advance(network, history, h)
-        go_back(network, states)
-        half, used = self._algorithm.advance(network, history, h / 2)
+        whole = self._algorithm.advance(network, history, h, memory)
+        before.go_back()
+        first = self._algorithm.advance(network, history, h / 2, whole.memory)
         middle = history.t[0] + h / 2
-        ahead = History(history.t[0], history.Y[0], history.held)
-        ahead.t, ahead.Y, ahead.jacobian = list(history.t), list(history.Y), history.jacobian
-        ahead.push(middle, half)
-        both, used_then = self._algorithm.advance(network, ahead, h / 2)
-        history.iterations += ahead.iterations
-        self._size = np.maximum(self._size, np.maximum(np.abs(both[coupled]), np.abs(history.Y[0][coupled])))
-        difference = np.abs(both - whole)[coupled] / np.where(self._size > 0.0, self._size, 1.0)
+        second = self._algorithm.advance(network, history.push(middle, first.Y), h / 2, first.memory)
+        first = replace(first, passes=whole.passes + first.passes)
+        self._size = np.maximum(self._size, np.maximum(np.abs(second.Y[coupled]), np.abs(history.Y[0][coupled])))
+        difference = np.abs(second.Y - whole.Y)[coupled] / np.where(self._size > 0.0, self._size, 1.0)
         error = float(np.max(difference, initial=0.0)) / (2**self._algorithm.order - 1) / self._how.tolerance
-        return [(h / 2, middle, half, used), (h / 2, end, both, used_then)], error
+        return [(h / 2, middle, first), (h / 2, end, second)], error
 
-    def _weighed(self, history: History, h: float, end: float, states: list[object]) -> tuple[list[Step], float]:
+    def _weighed(self, history: History, h: float, end: float, before: Saved, memory: Memory) -> tuple[list[Taken], float]:
         """One step, and the estimate from its residual power."""
-        Y, used = self._algorithm.advance(self._network, history, h)
-        residual, power = residual_power(self._network, Y, used, h)
+        step = self._algorithm.advance(self._network, history, h, memory)
+        residual, power = residual_power(self._network, step.Y, step.used, h)
         self._power = max(self._power, float(np.max(power)))
         error = float(np.max(residual)) / (self._power or 1.0) / self._how.tolerance
-        return [(h, end, Y, used)], error
+        return [(h, end, step)], error

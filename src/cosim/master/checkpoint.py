@@ -3,18 +3,20 @@
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..coupling import Algorithm, History
+from ..coupling import Algorithm
 from ..network import Network
-from .energy import EnergyMeter
+from ..slaves import Serializable, serializable
 from .recording import Recorder
+from .state import RunState
 
-FORMAT = 2
+FORMAT = 3
 
 
 def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_names: tuple[str, ...]) -> str:
@@ -37,38 +39,23 @@ class Checkpoint:
         if not self.every > 0.0:
             raise ValueError(f"the time between checkpoints must be positive, got {self.every:g} s")
 
-    def check(self, network: Network) -> None:
-        """ValueError naming the first component whose state cannot be written."""
+    def check(self, network: Network) -> list[Serializable]:
+        """The slaves, whose states can all be written; ValueError names the first of which that is not so."""
+        found = []
         for slave in network.slaves:
-            if not slave.can_serialize:
+            able = serializable(slave)
+            if able is None:
                 raise ValueError(f"a checkpoint needs components that can serialize their state, {slave.name!r} cannot")
+            found.append(able)
+        return found
 
-    def write(
-        self,
-        network: Network,
-        algorithm: Algorithm,
-        step: float,
-        done: int,
-        history: History,
-        meter: EnergyMeter,
-        recorder: Recorder,
-    ) -> None:
-        """Write the state after macro step `done`."""
-        self.check(network)
-        arrays: dict[str, Any] = {
-            "fingerprint": np.array(fingerprint(network, algorithm, step, recorder.names)),
-            "done": np.array(done),
-            "history_t": np.array(history.t),
-            "history_Y": np.array(history.Y),
-            "iterations": np.array(history.iterations),
-            "largest": network.largest,
-        }
-        arrays |= {f"loop_{k}": s.jacobian for k, s in enumerate(network.solvers) if s.jacobian is not None}
-        if history.jacobian is not None:
-            arrays["jacobian"] = history.jacobian
-        arrays |= {f"meter_{name}": value for name, value in meter.state().items()}
+    def write(self, fingerprint: str, network: Network, state: RunState, recorder: Recorder) -> None:
+        """Write the state of a run: its own, that of its slaves and algebraic loops, and how far its results are kept."""
+        arrays: dict[str, Any] = {"fingerprint": np.array(fingerprint)}
+        arrays |= {f"run_{name}": value for name, value in state.arrays().items()}
+        arrays |= {f"loop_{k}": J for k, J in enumerate(network.kept) if J is not None}
         arrays |= {f"recorder_{name}": value for name, value in recorder.state().items()}
-        for i, slave in enumerate(network.slaves):
+        for i, slave in enumerate(self.check(network)):
             arrays[f"slave_{i}"] = np.frombuffer(slave.serialize(), dtype=np.uint8)
         scratch = self.file.with_name(self.file.name + ".new")
         with scratch.open("wb") as stream:
@@ -93,23 +80,25 @@ class Resume:
         except (OSError, ValueError, EOFError) as error:
             raise ValueError(f"checkpoint {str(self.file)!r} cannot be read: {error}") from None
 
-    def restore(
-        self, network: Network, algorithm: Algorithm, step: float, history: History, meter: EnergyMeter, recorder: Recorder
-    ) -> int:
-        """Put everything back; returns the macro steps done. ValueError if the checkpoint is of another run."""
+    def restore(self, fingerprint: str, network: Network, begun: RunState, recorder: Recorder) -> RunState:
+        """Put everything back; returns the state of the run. ValueError if the checkpoint is of another run.
+
+        begun : the state at the start of the run that goes on.
+        """
         data = self._load()
-        if str(data["fingerprint"]) != fingerprint(network, algorithm, step, recorder.names):
+        if str(data["fingerprint"]) != fingerprint:
             raise ValueError(
                 f"checkpoint {str(self.file)!r} must be of this run: same system, values, algorithm, start, step and signals"
             )
         for i, slave in enumerate(network.slaves):
-            slave.deserialize(data[f"slave_{i}"].tobytes())
-        history.t, history.Y = data["history_t"].tolist(), list(data["history_Y"])
-        history.iterations = int(data["iterations"])
-        history.jacobian = data.get("jacobian")
-        for k, solver in enumerate(network.solvers):
-            solver.jacobian = data.get(f"loop_{k}")
-        network.largest[:] = data["largest"]
-        meter.resume({name.removeprefix("meter_"): value for name, value in data.items() if name.startswith("meter_")})
-        recorder.resume({name.removeprefix("recorder_"): value for name, value in data.items() if name.startswith("recorder_")})
-        return int(data["done"])
+            able = serializable(slave)
+            assert able is not None  # the fingerprint says that it is the component that was written
+            able.deserialize(data[f"slave_{i}"].tobytes())
+        network.recall([data.get(f"loop_{k}") for k in range(len(network.kept))])
+        recorder.resume(_named(data, "recorder_"))
+        return begun.from_arrays(_named(data, "run_"))
+
+
+def _named(data: Mapping[str, np.ndarray], beginning: str) -> dict[str, np.ndarray]:
+    """What `data` holds under names with this beginning, without it."""
+    return {name.removeprefix(beginning): value for name, value in data.items() if name.startswith(beginning)}

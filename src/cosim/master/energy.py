@@ -17,6 +17,7 @@ import numpy as np
 
 from gyro_cosim.component.units import unit
 
+from ..kernel.energy import Bonds, Sums
 from ..network import Network
 from ..network.bonds import Bond
 
@@ -57,85 +58,109 @@ def untrustworthy(energies: Sequence[BondEnergy]) -> BondEnergy | None:
     return max(found, key=lambda bond: bond.share, default=None)
 
 
-class EnergyMeter:
-    """Sums the residual of every bond over the macro steps handed to add().
+@dataclass(frozen=True, eq=False)
+class EnergySums:
+    """What an EnergyMeter has summed so far; a value, a part of the state of a run.
 
-    signals : places in Y of motion and effort of each bond in turn, shape (2 bonds,).
-    kernel : `accumulate` compiled, for runs whose loop is compiled too; None for the arithmetic on whole arrays.
+    Parameters
+    ----------
+    residual, peak, exchanged : ndarray, shape (n_bonds,)
+        See BondEnergy.
+    past : ndarray, shape (1 to 3, 2 n_bonds)
+        Motion and effort of each bond in turn at the last points, oldest first.
+    step : float
+        Length of the last step, s; 0 before the first.
     """
 
-    kernel: Callable[..., None] | None = None
+    residual: np.ndarray
+    peak: np.ndarray
+    exchanged: np.ndarray
+    past: np.ndarray
+    step: float = 0.0
 
-    def __init__(self, network: Network, Y: np.ndarray) -> None:
-        self._bonds = network.bonds
-        self.signals = np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=int)
-        n = len(network.bonds)
-        self._residual, self._peak, self._exchanged = np.zeros(n), np.zeros(n), np.zeros(n)
-        self._factor = np.array([_factor(network, b) for b in network.bonds])
+
+class EnergyMeter:
+    """Sums the residual of every power bond of a network over macro steps.
+
+    accumulate : `kernel.energy.accumulate` compiled, for runs whose loop is compiled too; None for the same on whole arrays.
+    """
+
+    def __init__(self, network: Network, accumulate: Callable[..., None] | None = None) -> None:
+        self._network, self._accumulate = network, accumulate
         ends = [place for b in network.bonds for place in (b.motion_input, b.effort_input)]
         conversions = [next((a, c) for _, place, a, c in network.wires(i) if place == j) for i, j in ends]
-        self._scale, self._offset = (np.array([c[k] for c in conversions]) for k in (0, 1))
-        self._step = 0.0  # the last step's length, s
-        self._past = Y[None, self.signals]  # up to 3 points before the next step, oldest first
+        self._bonds = Bonds(
+            signals=np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=np.int64),
+            inverse=np.array([1.0 / scale for scale, _ in conversions]),
+            offset=np.array([offset for _, offset in conversions]),
+            factor=np.array([_factor(network, b) for b in network.bonds]),
+        )
 
-    def add(self, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> None:
-        """n macro steps of h (s), shape (n,), that reached Y, shape (n, n_Y), under inputs `used`, shape (n, 2 bonds, 3)."""
-        if not self.signals.size or not len(h):
-            return
-        known = len(self._past)
-        if self.kernel is not None:
-            before = self._step or float(h[0])
-            self.kernel(
-                self._past, Y, self.signals, h, before, used, self._scale, self._offset, self._factor,
-                self._residual, self._exchanged, self._peak,
-            )  # fmt: skip
-            self._step, self._past = float(h[-1]), np.concatenate([self._past, Y[-3:, self.signals]])[-3:]
-            return
-        Z = np.concatenate([self._past, Y[:, self.signals]])
-        start, end = Z[known - 1 : -1], Z[known:]
-        middle = self._middle(Z, known, h, self._step or float(h[0]))
-        self._step = float(h[-1])
-        added, carried = np.zeros((2, *start.shape[:1], len(self._factor)))
-        for point, weight, s in ((start, 1.0, 0.0), (middle, 4.0, 0.5), (end, 1.0, 1.0)):  # Simpson's rule
+    def begin(self, Y: np.ndarray) -> EnergySums:
+        """The sums at the start of a run, whose outputs are Y, shape (n_Y,)."""
+        none = np.zeros(self._bonds.factor.size)
+        return EnergySums(none, none, none, Y[None, self._bonds.signals])
+
+    def add(self, sums: EnergySums, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> EnergySums:
+        """The sums after n macro steps more.
+
+        Parameters
+        ----------
+        sums : EnergySums
+            Before them.
+        h : ndarray, shape (n,)
+            Their lengths, s.
+        Y : ndarray, shape (n, n_Y)
+            The outputs that they reached.
+        used : ndarray, shape (n, 2 n_bonds, 3)
+            The inputs of the bonds, motion and effort of each in turn, that they followed.
+        """
+        if not self._bonds.signals.size or not len(h):
+            return sums
+        new, before = Sums(sums.residual.copy(), sums.exchanged.copy(), sums.peak.copy()), sums.step or float(h[0])
+        if self._accumulate is not None:
+            self._accumulate(self._bonds, sums.past, Y, h, before, used, new)
+        else:
+            self._add_arrays(new, sums.past, Y, h, before, used)
+        past = np.concatenate([sums.past, Y[-3:, self._bonds.signals]])[-3:]
+        return EnergySums(new.residual, new.peak, new.exchanged, past, float(h[-1]))
+
+    def _add_arrays(self, sums: Sums, past: np.ndarray, Y: np.ndarray, h: np.ndarray, before: float, used: np.ndarray) -> None:
+        """kernel.energy.accumulate on whole arrays: the same operations in the same order, so the same bits."""
+        signals, inverse, offset, factor = self._bonds
+        known = len(past)
+        Z = np.concatenate([past, Y[:, signals]])
+        residuals, powers = [], []
+        value, slope, curvature = used[:, :, 0] - offset, used[:, :, 1], used[:, :, 2] / 2
+        for point, s in ((Z[known - 1 : -1], 0.0), (_middle(Z, known, h, before), 0.5), (Z[known:], 1.0)):
             at = (s * h)[:, None]
-            taken = used[:, :, 0] + at * (used[:, :, 1] + at * used[:, :, 2] / 2)
-            taken = (taken - self._offset) / self._scale
+            taken = (value + at * (slope + at * curvature) if s else value) * inverse
             w, M = point[:, ::2], point[:, 1::2]
-            residual = (taken[:, 1::2] * w - M * taken[:, ::2]) * self._factor
-            added += weight * residual
-            carried += weight * np.abs(M * w * self._factor)
-            self._peak = np.maximum(self._peak, np.abs(residual).max(axis=0))
-        for sums, of_steps in ((self._residual, added), (self._exchanged, carried)):  # one by one: the same bits in any chunks
-            sums[:] = np.cumsum(np.vstack([sums, h[:, None] * of_steps / 6]), axis=0)[-1]
-        self._past = Z[-3:].copy()
+            residuals.append((taken[:, 1::2] * w - M * taken[:, ::2]) * factor)
+            powers.append(np.abs(M * w * factor))
+        sixth = (h / 6)[:, None]
+        for total, (start, middle, end) in ((sums.residual, residuals), (sums.exchanged, powers)):  # Simpson's rule
+            steps = sixth * (start + 4 * middle + end)
+            total[:] = np.cumsum(np.vstack([total, steps]), axis=0)[-1]  # one by one: the same bits in any chunks
+        np.maximum(sums.peak, np.abs(residuals).max(axis=(0, 1)), out=sums.peak)
 
-    @staticmethod
-    def _middle(Z: np.ndarray, known: int, h: np.ndarray, before: float) -> np.ndarray:
-        """The signals half-way through each step, by interpolation through the last points reached where steps are even."""
-        n = len(h)
-        middle = np.empty_like(Z[known:])
-        cold = min(n, max(0, 3 - known))  # the first steps of a run have fewer points behind them
-        for k in range(cold):
-            middle[k] = sum(weight * Z[known + k - j] for j, weight in enumerate(_MIDDLE[known + k + 1]))
-        middle[cold:] = sum(weight * Z[known + cold - j : known + n - j] for j, weight in enumerate(_MIDDLE[4]))
-        uneven = np.flatnonzero(np.abs(np.diff(h, prepend=before)) > 1e-9 * h)
-        middle[uneven] = (Z[known + uneven] + Z[known + uneven - 1]) / 2
-        return middle
-
-    def result(self) -> tuple[BondEnergy, ...]:
-        """The sums so far."""
-        rows = zip(self._bonds, self._residual, self._peak, self._exchanged, strict=True)
+    def result(self, sums: EnergySums) -> tuple[BondEnergy, ...]:
+        """The sums in words."""
+        rows = zip(self._network.bonds, sums.residual, sums.peak, sums.exchanged, strict=True)
         return tuple(BondEnergy(b.name, float(r), float(p), float(e)) for b, r, p, e in rows)
 
-    def state(self) -> dict[str, np.ndarray]:
-        """What a checkpoint keeps."""
-        sums = {"residual": self._residual, "peak": self._peak, "exchanged": self._exchanged}
-        return {**sums, "past": self._past, "step": np.array(self._step)}
 
-    def resume(self, state: dict[str, np.ndarray]) -> None:
-        """Go on from what state() gave."""
-        self._residual, self._peak, self._exchanged = (state[k].copy() for k in ("residual", "peak", "exchanged"))
-        self._past, self._step = state["past"], float(state["step"])
+def _middle(Z: np.ndarray, known: int, h: np.ndarray, before: float) -> np.ndarray:
+    """The signals half-way through each step, by interpolation through the last points reached where steps are even."""
+    n = len(h)
+    middle = np.empty_like(Z[known:])
+    cold = min(n, max(0, 3 - known))  # the first steps of a run have fewer points behind them
+    for k in range(cold):
+        middle[k] = sum(weight * Z[known + k - j] for j, weight in enumerate(_MIDDLE[known + k + 1]))
+    middle[cold:] = sum(weight * Z[known + cold - j : known + n - j] for j, weight in enumerate(_MIDDLE[4]))
+    uneven = np.flatnonzero(np.abs(np.diff(h, prepend=before)) > 1e-9 * h)
+    middle[uneven] = (Z[known + uneven] + Z[known + uneven - 1]) / 2
+    return middle
 
 
 def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import unknown
 from ..network import Network
-from ..trajectory import Trajectory
+from ..trajectory import Trajectory, csv_header, csv_rows
 
 GROWTH = 4_000_000  # rows that memory is taken for at once; it is touched only as they come
 IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview
@@ -60,7 +60,7 @@ class Recorder:
         """Open the file that the rows go to, where they go to one, and write its first line."""
         if self._what.stream is not None:
             self._file = self._what.stream.open("wb")
-            self._file.write((",".join(["time", *self.names]) + "\n").encode())
+            self._file.write(csv_header(self.names))
 
     def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
         """Rows k, k + 1, ... of the run: times t (s), shape (n,), outputs Y, shape (n, n_Y)."""
@@ -79,8 +79,7 @@ class Recorder:
 
     def _write(self, t: np.ndarray, rows: np.ndarray) -> None:
         if self._file is not None:
-            lines = (f"{ti!r},{','.join(map(repr, row))}\n" for ti, row in zip(t.tolist(), rows.tolist(), strict=True))
-            self._file.write("".join(lines).encode())
+            self._file.write(csv_rows(t, rows))
 
     def _store(self, t: np.ndarray, rows: np.ndarray) -> None:
         """Append rows to what is in memory, which doubles where it is full."""

@@ -5,8 +5,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-
 from ..coupling import Algorithm, Jacobi
 from ..errors import EndRequest, RunError
 from ..network import Network
@@ -16,6 +14,7 @@ from ..systems import System
 from ..trajectory import Trajectory
 from .energy import BondEnergy, untrustworthy
 from .stepping import Options, Progress, Stepper
+from .time_grid import TimeGrid, macro_steps
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
 
@@ -46,6 +45,7 @@ class Run:
     iterations : passes over macro steps where the algorithm iterates, in all.
     rejections : macro steps that were taken back to be done shorter.
     events : how many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
+    warnings : of each component that has given warnings, how many, and the text of the first.
     """
 
     system: System
@@ -61,6 +61,7 @@ class Run:
     ended_by: str = ""
     start: float = 0.0
     events: Mapping[str, int] = field(default_factory=dict)
+    warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
 
     @property
     def coupling_warning(self) -> str:
@@ -132,24 +133,6 @@ def open_network(
         raise
 
 
-def macro_steps(step: float, stop: float, start: float = 0.0) -> int:
-    """How many macro steps of `step` lead from `start` to `stop` (s); the last may be shorter, so that it ends there exactly."""
-    if not np.isfinite(start):
-        raise ValueError(f"`start` must be finite, got {start:g} s")
-    if not (np.isfinite(stop) and stop > start):
-        rule = "positive" if start == 0.0 else f"after `start` at {start:g} s"
-        raise ValueError(f"`stop` must be {rule}, got {stop:g} s")
-    if not (np.isfinite(step) and step > 0.0):
-        raise ValueError(f"`step` must be positive, got {step:g} s")
-    length = stop - start
-    if step > length * (1 + 1e-9):
-        raise ValueError(f"`step` must be at most the run's length of {length:g} s, got {step:g} s")
-    rounding = 4 * np.finfo(float).eps * abs(start)  # far from 0 the times themselves are rounded
-    if step < 4 * rounding:
-        raise ValueError(f"`step` must be told apart from rounding at `start` = {start:g} s, got {step:g} s")
-    return max(1, int(np.ceil(length / step - 1e-9 - rounding / step)))
-
-
 def run(
     network: Network,
     algorithm: Algorithm,
@@ -171,34 +154,48 @@ def run(
     began = time.perf_counter() if began is None else began
     options = options or Options()
     start = network.system.start if start is None else start
-    n = macro_steps(step, stop, start)
+    grid = TimeGrid.over(step, stop, start)
     algorithm.check(network)
     if options.checkpoint is not None:
         options.checkpoint.check(network)
         if options.adaptive is not None:
             raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
-    march = Stepper(network, algorithm, step, start, stop, n, options)
+    stepper = Stepper(network, algorithm, grid, options)
     set_up = time.perf_counter()
     status: Status = "done"
     failure: RunError | None = None
+    request = ""
     try:
-        march.go(progress, before_step)
-        status = "ended" if march.ended_by else "done"
+        stepper.go(progress, before_step)
+        status = "ended" if stepper.state.ended_by else "done"
         if status == "done":  # every slave is left with the inputs of the end, for what asks it afterwards
-            network.outputs(march.history.Y[0].copy(), march.history.t[0])
+            newest = stepper.state.history
+            network.outputs(newest.Y[0].copy(), newest.t[0])
     except KeyboardInterrupt:
         status = "interrupted"
-    except EndRequest as request:
-        status, march.ended_by = "ended", str(request)
+    except EndRequest as error:
+        status, request = "ended", str(error)
     except RunError as error:
         status, failure = "failed", error
-    march.hand_over()
+    state, meter, recorder = stepper.finish()
     loop = time.perf_counter() - set_up
+    counts = network.counts()
     result = Run(
-        network.system, algorithm, step, march.done, march.recorder.finish(), march.meter.result(),
-        Timing(set_up - began, loop, dict(zip((s.name for s in network.slaves), network.do_step_s, strict=True))),
-        status, march.history.iterations, march.rejections, march.ended_by, start, network.events(),
-    )  # fmt: skip
+        system=network.system,
+        algorithm=algorithm,
+        step=step,
+        steps=state.done,
+        trajectory=recorder.finish(),
+        energy=meter.result(state.energy),
+        timing=Timing(set_up - began, loop, network.do_step_s),
+        status=status,
+        iterations=state.passes,
+        rejections=state.rejections,
+        ended_by=state.ended_by or request,
+        start=start,
+        events={name: c.events for name, c in counts.items() if c.events is not None},
+        warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
+    )
     if failure is not None:
         failure.partial = result
         raise failure

@@ -1,25 +1,35 @@
-"""A run on its way: macro step after macro step, in chunks that recorder and energy meter take over."""
+"""A run on its way: macro step after macro step, until its end, a stop condition or a failure.
+
+    Stepper.go:  while not over: take as many macro steps as one way of stepping does at once; show progress; write checkpoints
+
+Three ways, each an object with step(): one macro step by the algorithm itself (Plain), many by the inner loop (Inner), one
+that adapts (Adapting). All of them write the points they reach into the same Rows, which recorder and energy meter take over.
+"""
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
 from ..coupling import Algorithm, History
+from ..coupling.base import Used
 from ..kernel import driver
 from ..network import Network
-from . import adaptive
-from .adaptive import Adaptive
-from .checkpoint import Checkpoint, Resume
+from .adaptive import Adaptive, Controller
+from .checkpoint import Checkpoint, Resume, fingerprint
 from .energy import EnergyMeter
 from .recording import Recorder, Recording
+from .state import RunState
+from .time_grid import TimeGrid
 
-Progress = Callable[[float, float], None]
-HISTORY = 4  # rows of outputs before the newest that a chunk begins with
+Progress = Callable[[float, float], None]  # called with how much is done and how much there is
+BEFORE = 4  # rows of outputs before the newest that a chunk begins with
 FIRST_CHUNK = 4  # macro steps of the inner loop's first chunk
 PATIENCE = 0.05  # s between two chunks of the inner loop: progress, Ctrl-C and checkpoints wait so long at most
 CHUNK_NUMBERS = 1_000_000  # outputs held between two visits of the recorder
+SHOWN_EVERY = 0.1  # s between two calls of progress
 
 
 @dataclass(frozen=True)
@@ -37,152 +47,198 @@ class Options:
     compiled: bool | None = None
 
 
-class Stepper:
-    """The state of a run on its way. Outputs are collected in chunks, which recorder and energy meter then take over.
+class Rows:
+    """Points reached since the recorder and the energy meter were here last.
 
-    Row `row` of the chunk holds macro step `done`; up to HISTORY rows before it are older points.
+    Row `first` holds the point before them, with older ones before it; row `newest` the newest. Y, t, h : outputs, times and
+    the steps that led there. used : shape (rows, 2 n_bonds, 3), per new point the inputs of the power bonds on the way to it.
     """
 
-    def __init__(
-        self, network: Network, algorithm: Algorithm, step: float, start: float, stop: float, n: int, options: Options
-    ) -> None:
-        self.network, self.algorithm, self.step, self.start, self.stop, self.n = network, algorithm, step, start, stop, n
-        self.options, self.done, self.rejections, self.ended_by = options, 0, 0, ""
-        self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
-        last = stop - (start + (n - 1) * step)
-        rounding = 4 * np.finfo(float).eps * abs(start)  # far from 0 the times themselves are rounded
-        self._last = step if abs(last - step) <= 1e-9 * step + rounding else last
-        Y = network.initialize(start, stop)
-        self.history = History(start, Y.copy(), network.held)
-        self.meter = EnergyMeter(network, Y)
-        resume = options.resume
-        self.recorder = Recorder(options.record, network, n)
-        rows = int(np.clip(CHUNK_NUMBERS // max(1, Y.size), 16, 4096))
-        self._Y, self._t, self._h = np.zeros((HISTORY + rows, Y.size)), np.empty(HISTORY + rows), np.empty(HISTORY + rows)
-        self._used = np.zeros((rows, 2 * len(network.bonds), 3))
-        self._rows, self._chunk = rows, FIRST_CHUNK
-        if resume is None:
-            self.recorder.begin()
-            self.recorder.add(0, np.array([start]), Y[None, :])
-        else:
-            self.done = resume.restore(network, algorithm, step, self.history, self.meter, self.recorder)
-        self._begin_chunk()
+    def __init__(self, network: Network) -> None:
+        n_Y = len(network.names)
+        self.size = int(np.clip(CHUNK_NUMBERS // max(1, n_Y), 16, 4096))
+        self.Y, self.t, self.h = np.zeros((BEFORE + self.size, n_Y)), np.empty(BEFORE + self.size), np.empty(BEFORE + self.size)
+        self.used = np.zeros((self.size, 2 * len(network.bonds), 3))
+        self._ends = [place for bond in network.bonds for place in (bond.motion_input, bond.effort_input)]
+        self.first = self.newest = 0
 
-    def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
-        """Step to the end."""
-        if self.options.adaptive is not None:
-            self._go_adaptively(self.options.adaptive, progress, before_step)
-            return
-        shown, saved = time.perf_counter(), self.history.t[0]
-        inner = None
-        compiled = self.options.compiled
-        if compiled is None:
-            compiled = (self.n - self.done) * len(self.network.slaves) >= driver.LONG
-        while self.done < self.n and not self.ended_by:
-            if (
-                inner is None
-                and before_step is None
-                and self.done >= self.algorithm.degree
-                and driver.fits(self.network, self.algorithm)
-            ):
-                inner = driver.FastLoop(self.network, self.algorithm, self._Y, self._t, self._h, self._used)
-            if inner is not None and self._last_is_far():
-                self._march(inner, compiled)
-            else:
-                if before_step is not None:
-                    before_step(self.done + 1)
-                self._advance(self._last if self.done + 1 == self.n else self.step, self._time(self.done + 1))
-            if progress is not None and (now := time.perf_counter()) - shown > 0.1:
-                shown = now
-                progress(self.history.t[0] - self.start, self.stop - self.start)
-            checkpoint = self.options.checkpoint
-            if checkpoint is not None and self.history.t[0] - saved >= checkpoint.every - 1e-9 * self.step:
-                saved = self.history.t[0]
-                self.hand_over()
-                checkpoint.write(self.network, self.algorithm, self.step, self.done, self.history, self.meter, self.recorder)
+    @property
+    def count(self) -> int:
+        """New points."""
+        return self.newest - self.first
 
-    def _go_adaptively(self, how: Adaptive, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
-        controller = adaptive.Controller(how, self.network, self.algorithm, self.step, self.stop)
-        while self.history.t[0] < self.stop and not self.ended_by:
-            if before_step is not None:
-                before_step(self.done + 1)
-            steps = controller.advance(self.history)
-            self.rejections = controller.rejections
-            for h, t, Y, used in steps:
-                self._accept(h, t, Y, used)
-            if progress is not None and self.done % 16 == 0:
-                progress(self.history.t[0] - self.start, self.stop - self.start)
+    @property
+    def room(self) -> int:
+        """How many more find a place."""
+        return self.size - self.count
 
-    def _time(self, k: int) -> float:
-        return self.stop if k == self.n else self.start + k * self.step
+    def begin(self, history: History) -> None:
+        """Forget the points; the next ones follow those of `history`."""
+        kept = len(history.Y)
+        for m in range(kept):
+            self.Y[kept - 1 - m], self.t[kept - 1 - m] = history.Y[m], history.t[m]
+        self.newest = self.first = kept - 1
 
-    def _last_is_far(self) -> bool:
-        """Whether the next step is an even one: a shorter last step is left to the plain path."""
-        return self.done + 1 < self.n or self._last == self.step
+    def add(self, h: float, t: float, Y: np.ndarray, used: Used) -> None:
+        """The point Y at t (s), reached over h (s) under the inputs `used`."""
+        for q, (i, j) in enumerate(self._ends):
+            self.used[self.count, q] = used[i][:, j]
+        self.newest += 1
+        self.Y[self.newest], self.t[self.newest], self.h[self.newest] = Y, t, h
 
-    def _advance(self, h: float, t: float) -> None:
-        """One macro step the plain way."""
-        Y, used = self.algorithm.advance(self.network, self.history, h)
-        self._accept(h, t, Y, used)
 
-    def _accept(self, h: float, t: float, Y: np.ndarray, used: list[np.ndarray]) -> None:
-        self.row += 1
-        self._Y[self.row], self._t[self.row], self._h[self.row] = Y, t, h
-        for q, bond in enumerate(self.network.bonds):
-            for p, (i, j) in enumerate((bond.motion_input, bond.effort_input)):
-                self._used[self.row - self._first - 1, 2 * q + p] = used[i][:, j]
-        self.history.push(t, Y)
-        self.done += 1
-        self._watch(self.row)
-        if self.row == self._first + self._rows:
-            self.hand_over()
+class Way(Protocol):
+    """A way of stepping."""
 
-    def _march(self, inner: driver.FastLoop, compiled: bool) -> None:
-        """As many even macro steps as the chunk has room for, in the inner loop."""
-        room = min(self._first + self._rows - self.row, self._chunk)
-        even = self.n - self.done - (0 if self._last == self.step else 1)
-        checkpoint = self.options.checkpoint
-        ahead = min(room, even, 1 << 62 if checkpoint is None else max(1, round(checkpoint.every / self.step)))
-        k = self.done + 1 + np.arange(ahead)
-        self._t[self.row + 1 : self.row + 1 + ahead] = np.where(k == self.n, self.stop, self.start + k * self.step)
-        self._h[self.row + 1 : self.row + 1 + ahead] = self.step
-        if self.row != self._first:  # the inner loop numbers the used inputs from the first step it does
-            self.hand_over()
-            self._march(inner, compiled)
-            return
-        if compiled and self.meter.kernel is None:
-            self.meter.kernel = driver.compiled_meter()
+    def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
+        """One or more macro steps from `state`, with their points added to the rows; and what stopped them, if something did."""
+
+
+class Plain:
+    """One macro step by the algorithm."""
+
+    def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, rows: Rows) -> None:
+        self._network, self._algorithm, self._grid, self._rows = network, algorithm, grid, rows
+
+    def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
+        """See Way."""
+        h, t = self._grid.length(state.done + 1), self._grid.time(state.done + 1)
+        step = self._algorithm.advance(self._network, state.history, h, state.memory)
+        self._rows.add(h, t, step.Y, step.used)
+        return state.after(step, t), None
+
+
+class Inner:
+    """As many macro steps as there is room for, by the inner loop. most : bound on how many."""
+
+    def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, rows: Rows, *, compiled: bool, most: int) -> None:
+        self._loop = driver.FastLoop(network, algorithm, rows.Y, rows.t, rows.h, rows.used)
+        self._network, self._grid, self._rows, self._compiled, self._most = network, grid, rows, compiled, most
+        self._chunk = FIRST_CHUNK
+
+    def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
+        """See Way. The rows hold no new points before it."""
+        rows, row = self._rows, self._rows.newest
+        ahead = min(rows.room, self._chunk, self._grid.even - state.done, self._most)
+        rows.t[row + 1 : row + 1 + ahead] = self._grid.times(state.done + 1 + np.arange(ahead))
+        rows.h[row + 1 : row + 1 + ahead] = self._grid.step
         began = time.perf_counter()
-        done = inner.march(self.row, ahead, fast=compiled)
+        done, spent, ended = self._loop.march(row, ahead, fast=self._compiled)
         took = time.perf_counter() - began
         self._chunk = max(1, self._chunk // 2) if took > PATIENCE else 2 * self._chunk if took < PATIENCE / 4 else self._chunk
-        if done:
-            self._watch(self.row + done)
-        for m in range(max(0, done - HISTORY), done):
-            self.history.push(float(self._t[self.row + 1 + m]), self._Y[self.row + 1 + m].copy())
-        self.row += done
-        self.done += done
-        if done < ahead and not self.ended_by:
-            inner.explain(self.row)
-        self.hand_over()
+        self._network.count_time(spent)
+        rows.newest += done
+        history = state.history
+        for m in range(row + 1 + max(0, done - BEFORE), row + 1 + done):
+            history = history.push(float(rows.t[m]), rows.Y[m].copy())
+        state = replace(state, done=state.done + done, history=history)
+        return state, None if done == ahead or ended else self._loop.failure(rows.newest)
 
-    def _watch(self, row: int) -> None:
-        """End the run if a stop condition holds in this row."""
+
+class Adapting:
+    """One macro step as long as its error estimate allows."""
+
+    def __init__(self, controller: Controller, rows: Rows) -> None:
+        self._controller, self._rows = controller, rows
+
+    def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
+        """See Way."""
+        steps, rejections = self._controller.advance(state.history, state.memory)
+        for h, t, step in steps:
+            self._rows.add(h, t, step.Y, step.used)
+            state = state.after(step, t)
+        return replace(state, rejections=state.rejections + rejections), None
+
+
+class Stepper:
+    """Takes a run from its start to its end. state : how far it is, see RunState."""
+
+    def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> None:
+        self._network, self._algorithm, self._grid, self._options = network, algorithm, grid, options
+        self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
+        Y = network.initialize(grid.start, grid.stop)
+        self._recorder = Recorder(options.record, network, grid.n)
+        history = History((grid.start,), (Y.copy(),), network.held)
+        self.state = RunState(0, history, EnergyMeter(network).begin(Y))
+        self._fingerprint = ""
+        if options.checkpoint is not None or options.resume is not None:
+            self._fingerprint = fingerprint(network, algorithm, grid.step, self._recorder.names)
+        if options.resume is None:
+            self._recorder.begin()
+            self._recorder.add(0, np.array([grid.start]), Y[None, :])
+        else:
+            self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder)
+        compiled = options.compiled
+        if compiled is None:
+            compiled = (grid.n - self.state.done) * len(network.slaves) >= driver.LONG
+        self._compiled = compiled
+        self._meter = EnergyMeter(network, driver.compiled_meter() if compiled and driver.fits(network, algorithm) else None)
+        self._rows = Rows(network)
+        self._rows.begin(self.state.history)
+        self._plain: Way = Plain(network, algorithm, grid, self._rows)
+        if options.adaptive is not None:
+            self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows)
+        self._inner: Inner | None = None
+
+    def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
+        """Step to the end. SlaveError, ConvergenceError: `state` is then that of the last good point."""
+        shown, saved = time.perf_counter(), self.state.history.t[0]
+        while not self._over():
+            way = self._way(paced=before_step is not None)
+            if before_step is not None:
+                before_step(self.state.done + 1)
+            self.state, failure = way.step(self.state)
+            self._watch()
+            if way is self._inner or not self._rows.room:
+                self.hand_over()
+            if failure is not None:
+                raise failure
+            if progress is not None and time.perf_counter() - shown > SHOWN_EVERY:
+                shown = time.perf_counter()
+                progress(self.state.history.t[0] - self._grid.start, self._grid.stop - self._grid.start)
+            checkpoint = self._options.checkpoint
+            if checkpoint is not None and self.state.history.t[0] - saved >= checkpoint.every - 1e-9 * self._grid.step:
+                saved = self.state.history.t[0]
+                self.hand_over()
+                checkpoint.write(self._fingerprint, self._network, self.state, self._recorder)
+
+    def _over(self) -> bool:
+        return self.state.history.t[0] >= self._grid.stop or bool(self.state.ended_by)
+
+    def _way(self, *, paced: bool) -> Way:
+        """The inner loop, once there are as many points as it looks back to, and for steps of the full length only."""
+        done, options = self.state.done, self._options
+        if paced or options.adaptive is not None or not self._algorithm.degree <= done < self._grid.even:
+            return self._plain
+        if self._inner is None and driver.fits(self._network, self._algorithm):
+            checkpoint = options.checkpoint
+            most = self._grid.n if checkpoint is None else max(1, round(checkpoint.every / self._grid.step))
+            self._inner = Inner(self._network, self._algorithm, self._grid, self._rows, compiled=self._compiled, most=most)
+        if self._inner is None:
+            return self._plain
+        if self._rows.count:  # it numbers the used inputs from the first step that it does
+            self.hand_over()
+        return self._inner
+
+    def _watch(self) -> None:
+        """End the run if a stop condition holds at the newest point."""
+        if not self._rows.count:
+            return
         for place, above, says in self._stops:
-            if self._Y[row, place] > above:
-                self.ended_by = f"{says} at t = {self._t[row]:.6g} s"
+            if self._rows.Y[self._rows.newest, place] > above:
+                self.state = replace(self.state, ended_by=f"{says} at t = {self._rows.t[self._rows.newest]:.6g} s")
 
     def hand_over(self) -> None:
-        """Give the steps of the chunk to recorder and meter, and begin the next chunk with what the history needs."""
-        new = slice(self._first + 1, self.row + 1)
-        count = self.row - self._first
+        """Give the new points to recorder and meter."""
+        rows, count = self._rows, self._rows.count
         if count:
-            self.recorder.add(self.done - count + 1, self._t[new], self._Y[new])
-            self.meter.add(self._h[new], self._Y[new], self._used[:count])
-        self._begin_chunk()
+            new = slice(rows.first + 1, rows.newest + 1)
+            self._recorder.add(self.state.done - count + 1, rows.t[new], rows.Y[new])
+            energy = self._meter.add(self.state.energy, rows.h[new], rows.Y[new], rows.used[:count])
+            self.state = replace(self.state, energy=energy)
+        rows.begin(self.state.history)
 
-    def _begin_chunk(self) -> None:
-        kept = len(self.history.Y)
-        for m in range(kept):
-            self._Y[kept - 1 - m], self._t[kept - 1 - m] = self.history.Y[m], self.history.t[m]
-        self.row = self._first = kept - 1
+    def finish(self) -> tuple["RunState", "EnergyMeter", "Recorder"]:
+        """Hand over what is left: the state, and what the run's energy and results are made of."""
+        self.hand_over()
+        return self.state, self._meter, self._recorder

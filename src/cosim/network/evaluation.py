@@ -21,7 +21,7 @@ class Stage:
     """
 
     slaves: Sequence[int]
-    solvers: Sequence[LoopSolver] = ()
+    loops: Sequence[tuple[int, LoopSolver]] = ()  # number, and what solves it
     solved: np.ndarray | None = None
 
 
@@ -32,7 +32,9 @@ class Evaluation:
     feeds : place in Y -> the (slave, place in u) it feeds.
     order : slave indices, sources before what feeds through; ties in system order.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
-    loops : each algebraic loop spelled out; outputs() solves them, with one of `solvers` each.
+    loops : each algebraic loop spelled out; outputs() solves them.
+    kept : of each loop, in this order, the Jacobian that its last solution left, None where there is none yet. It decides on
+    the last bits of the next solution, so it belongs to the state of a run; recall() puts it back.
     """
 
     def __init__(
@@ -46,21 +48,25 @@ class Evaluation:
             sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
         found = self_dependent(needs, needs)
         self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in found)
-        self.solvers = [LoopSolver(network, group) for group in found]
+        self.kept: tuple[np.ndarray | None, ...] = (None,) * len(found)
         groups = strong_components(range(len(network.slices)), sources)
         self.one_pass = all(len(group) == 1 for group in groups)
         self.order = tuple(i for group in groups for i in group)
         joined = {i for ends in feeds.values() for i, _ in ends} | {int(owner[k]) for k in feeds}
         self._stages: list[Stage] = []
         self._joined: list[Stage] = []
-        of_slave: dict[int, list[tuple[list[int], LoopSolver]]] = {}
-        for places, solver in zip(found, self.solvers, strict=True):
-            of_slave.setdefault(int(owner[places[0]]), []).append((places, solver))
+        of_slave: dict[int, list[_Loop]] = {}
+        for number, places in enumerate(found):
+            of_slave.setdefault(int(owner[places[0]]), []).append((places, (number, LoopSolver(network, places))))
         for group in groups:
             inside = [loop for i in group for loop in of_slave.get(i, ())]
             stages = _stages(group, inside, needs, owner)
             self._stages += stages
             self._joined += stages if joined & set(group) else []
+
+    def recall(self, kept: Sequence[np.ndarray | None] = ()) -> None:
+        """Put back what `kept` was; nothing is kept where nothing is said."""
+        self.kept = tuple(kept) or (None,) * len(self.kept)
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
@@ -76,8 +82,9 @@ class Evaluation:
                     solution = Y[stage.solved]
                     self._network.evaluate(i, Y, t)
                     Y[stage.solved] = solution
-            for solver in stage.solvers:
-                solver.solve(Y, t)
+            for number, solver in stage.loops:
+                solved = solver.solve(Y, t, self.kept[number])
+                self.kept = (*self.kept[:number], solved, *self.kept[number + 1 :])
 
     def settle(self, Y: np.ndarray, t: float) -> None:
         """The same for slaves in initialization mode, as far as something is connected to them; every input is set at last.
@@ -98,10 +105,11 @@ class Evaluation:
         )
 
 
-def _stages(
-    group: list[int], inside: Sequence[tuple[list[int], LoopSolver]], needs: Mapping[int, Sequence[int]], owner: np.ndarray
-) -> list[Stage]:
-    """How a group of slaves that need one another is evaluated; `inside` are the loops in it, with their solvers.
+_Loop = tuple[list[int], tuple[int, LoopSolver]]  # places in Y; number, and what solves it
+
+
+def _stages(group: list[int], inside: Sequence[_Loop], needs: Mapping[int, Sequence[int]], owner: np.ndarray) -> list[Stage]:
+    """How a group of slaves that need one another is evaluated; `inside` are the loops in it.
 
     Without a loop every chain from slave to slave is passed in as many sweeps as there are slaves. With loops, signals are
     taken in levels, each after all that it needs; a last sweep gives every slave its inputs.
@@ -119,8 +127,8 @@ def _stages(
     solved: list[int] = []
     for step in range(max(level[k] for k in places) + 1):
         slaves = dict.fromkeys(int(owner[k]) for k in places if level[k] == step and k not in looping)
-        due = [(signals, solver) for signals, solver in inside if level[signals[0]] == step]
-        stages.append(Stage(list(slaves), [solver for _, solver in due], np.array(solved, dtype=int) if solved else None))
+        due = [(signals, loop) for signals, loop in inside if level[signals[0]] == step]
+        stages.append(Stage(list(slaves), [loop for _, loop in due], np.array(solved, dtype=int) if solved else None))
         solved += [k for signals, _ in due for k in signals]
     return [*stages, Stage(group, (), np.array(solved, dtype=int))]
 

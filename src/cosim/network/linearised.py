@@ -10,26 +10,25 @@ all from one exponential of the matrix of (x, u, u', u'').
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..slaves.base import Slave, StateSpace
+from ..slaves.base import Linearisable, Restorable, Slave, StateSpace, linearisation
 from .network import Network
 
 
-class LinearSlave(Slave):
+class LinearSlave(Restorable, Linearisable):
     """A slave's linearisation in its place: same name, signals and abilities, values are deviations."""
 
-    can_restore = True
-    can_serialize = False
-
     def __init__(self, slave: Slave, space: StateSpace) -> None:
-        self.name, self.inputs, self.outputs, self.settable = slave.name, slave.inputs, slave.outputs, {}
-        self.feedthrough, self.input_degree = slave.feedthrough, slave.input_degree
-        self.space = space
+        self.name, self.space = slave.name, space
+        self.description = replace(
+            slave.description, settable={}, initial_feedthrough=slave.description.feedthrough, can_restore=True,
+            can_serialize=False, counts_events=False,
+        )  # fmt: skip
         self.x = np.zeros(len(space.A))
         self._steps: dict[float, tuple[np.ndarray, list[np.ndarray]]] = {}
 
@@ -40,7 +39,7 @@ class LinearSlave(Slave):
         pass
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
-        return self.space.C @ self.x + self.space.D @ u
+        return np.asarray(self.space.C @ self.x + self.space.D @ u)
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         transition, G = self._over(h)
@@ -68,16 +67,7 @@ class LinearSlave(Slave):
     def discard(self, snapshot: Any) -> None:
         pass
 
-    def serialize(self) -> bytes:
-        raise ValueError(f"component {self.name!r} is a linearisation and cannot serialize its state")
-
-    def deserialize(self, data: bytes) -> None:
-        raise ValueError(f"component {self.name!r} is a linearisation and cannot serialize its state")
-
-    def jacobian(self) -> np.ndarray | None:
-        return self.space.D
-
-    def state_space(self) -> StateSpace | None:
+    def state_space(self) -> StateSpace:
         return self.space
 
     def close(self) -> None:
@@ -127,7 +117,7 @@ def linearised(network: Network) -> Linearised | None:
     if network.tabled or network.held.size:
         return None
     for slave in network.slaves:
-        space = slave.state_space()
+        space = linearisation(slave)
         if space is None:
             return None
         slaves.append(LinearSlave(slave, space))

@@ -9,7 +9,7 @@ from types import TracebackType
 import numpy as np
 
 from ..errors import WiringError, unknown
-from ..slaves import Slave
+from ..slaves import Counts, Slave, counts
 from ..systems import Connection, System
 from .bonds import bonds
 from .evaluation import Evaluation
@@ -35,13 +35,13 @@ class Network:
 
     names, units : of Y, as `component.variable`.
     slices : the part of Y that belongs to each slave.
-    do_step_s : seconds each slave has spent in steps since initialize(). start : when that was (s).
+    start : when initialize() was (s).
     substeps : in how many parts each slave does a macro step; the constructor takes them by component name.
     order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
     loops : each algebraic loop spelled out; outputs() solves them. initial_loops : those of initialization mode, where they
-    are others. solvers : of the first, in their order; what they keep belongs to the state of a run.
-    coupled, largest : places in Y that feed an input, and the largest size each has had in iterated runs.
+    are others.
+    coupled : places in Y that feed an input.
     held : places in Y that are never extrapolated.
     """
 
@@ -54,7 +54,8 @@ class Network:
         self._where = {name: k for k, name in enumerate(self.names)}
         self.units = tuple(y.unit for s in self.slaves for y in s.outputs)
         self.values = tuple(
-            s.start_values(part.values, part.bound) for s, part in zip(self.slaves, system.components, strict=True)
+            s.description.start_values(s.name, part.values, part.bound)
+            for s, part in zip(self.slaves, system.components, strict=True)
         )
         for part, slave in zip(system.components, self.slaves, strict=True):
             check_ports(part, slave)
@@ -75,11 +76,10 @@ class Network:
             slave = self.slaves[place[end[0]]]
             refuse_excluded(wire, 1, slave)
             raise unknown(f"input of {slave.name!r}:", end[1], [s.name for s in slave.inputs])
-        self.do_step_s, self.start = [0.0] * len(self.slaves), 0.0
+        self._do_step_s, self.start = np.zeros(len(self.slaves)), 0.0
         self.substeps = self._substeps(substeps or {})
         self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
         self.coupled = np.array(sorted(self.feeds), dtype=int)
-        self.largest = np.zeros(self.coupled.size)
         self._evaluate()
         self.bonds = bonds(system, self._where, self.units, self.feeds)
 
@@ -138,26 +138,26 @@ class Network:
         """Step slave i from t over h (s) under U, shape (3, n_u), in as many parts as `substeps` says.
 
         Returns the U that it followed: what the slave cannot follow is projected on what it can. The time that the slave
-        takes is added to `do_step_s`.
+        takes is counted in `do_step_s`.
         """
         slave, parts = self.slaves[i], self.substeps[i]
         began = perf_counter()
         if parts == 1:
-            U = projected(U, h, slave.input_degree)
+            U = projected(U, h, slave.description.input_degree)
             slave.step(U, t, h)
         else:
             part = h / parts
             for m in range(parts):
                 s = m * part
                 moved = np.array([U[0] + U[1] * s + U[2] * (s * s / 2), U[1] + U[2] * s, U[2]])
-                slave.step(projected(moved, part, slave.input_degree), t + s, part)
-        self.do_step_s[i] += perf_counter() - began
+                slave.step(projected(moved, part, slave.description.input_degree), t + s, part)
+        self._do_step_s[i] += perf_counter() - began
         return U
 
     def of_deviations(self, slaves: Sequence[Slave]) -> "Network":
         """The same wiring and sub-steps for slaves that carry deviations from this network's values: no offsets, no starts."""
         twin = copy(self)
-        twin.slaves, twin.do_step_s, twin.largest = tuple(slaves), [0.0] * len(slaves), np.zeros(self.coupled.size)
+        twin.slaves, twin._do_step_s = tuple(slaves), np.zeros(len(slaves))
         twin.values = ({},) * len(slaves)
         twin._inputs = [
             Inputs([(k, j, Transfer(factor)) for k, j, factor, _ in inputs.joined], np.zeros_like(inputs.start))
@@ -176,12 +176,11 @@ class Network:
 
         All enter initialization mode, exchange outputs and inputs there until these agree, and leave it together.
         """
-        self.do_step_s, self.start = [0.0] * len(self.slaves), t
-        self.largest[:] = 0.0
+        self._do_step_s, self.start = np.zeros(len(self.slaves)), t
         for slave, values in zip(self.slaves, self.values, strict=True):
             slave.begin(values, t, stop)
-        for solver in (*self.solvers, *self._initial.solvers):  # a run must not depend on the one before
-            solver.jacobian = None
+        self._evaluation.recall()  # a run must not depend on the one before
+        self._initial.recall()
         Y = np.zeros(len(self.names))
         self._initial.settle(Y, t)
         for slave in self.slaves:
@@ -190,12 +189,11 @@ class Network:
 
     def _evaluate(self) -> None:
         """How outputs are made consistent, at communication points and in initialization mode."""
-        through = [s.feedthrough for s in self.slaves]
+        through = [s.description.feedthrough for s in self.slaves]
         self._evaluation = self._initial = Evaluation(self, through, self.feeds)
         self.loops, self.one_pass, self.order = self._evaluation.loops, self._evaluation.one_pass, self._evaluation.order
-        self.solvers = self._evaluation.solvers
         self.initial_loops: tuple[str, ...] = ()
-        initial = [s.feedthrough if s.initial_feedthrough is None else s.initial_feedthrough for s in self.slaves]
+        initial = [s.description.initial_feedthrough for s in self.slaves]
         if any(not np.array_equal(a, b) for a, b in zip(through, initial, strict=True)):
             self._initial = Evaluation(self, initial, self.feeds)
             self.initial_loops = self._initial.loops
@@ -212,9 +210,27 @@ class Network:
             raise ValueError(f"sequence must name every component once, got {','.join(names)} for {','.join(known)}")
         return tuple(known.index(name) for name in names)
 
-    def events(self) -> dict[str, int]:
-        """Events since the start of each slave that tells."""
-        return {s.name: s.events for s in self.slaves if s.events is not None}
+    @property
+    def do_step_s(self) -> dict[str, float]:
+        """Seconds that each slave has spent in steps since initialize()."""
+        return dict(zip((s.name for s in self.slaves), self._do_step_s.tolist(), strict=True))
+
+    def count_time(self, spent: np.ndarray) -> None:
+        """Add seconds, shape (number of slaves,), that were spent in steps by a loop of its own."""
+        self._do_step_s = self._do_step_s + spent
+
+    @property
+    def kept(self) -> tuple[np.ndarray | None, ...]:
+        """What the algebraic loops keep from one communication point to the next; a part of the state of a run."""
+        return self._evaluation.kept
+
+    def recall(self, kept: Sequence[np.ndarray | None]) -> None:
+        """Put back what `kept` was."""
+        self._evaluation.recall(kept)
+
+    def counts(self) -> dict[str, Counts]:
+        """What each slave has counted since the start: events, warnings."""
+        return {s.name: counts(s) for s in self.slaves}
 
     def close(self) -> None:
         """Close every slave."""

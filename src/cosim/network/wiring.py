@@ -9,7 +9,7 @@ import numpy as np
 from gyro_cosim.component.units import Unit
 
 from ..errors import WiringError, unknown
-from ..slaves.base import Signal, Slave, Value
+from ..slaves import Signal, Slave, Value
 from ..systems import Connection, System, SystemComponent
 from ..systems.quantities import between
 
@@ -129,10 +129,10 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
     signals = {"input": slave.inputs, "output": slave.outputs}
     for name, port in part.ports.items():
         where = f"connector {part.name}.{name}"
-        if name in slave.excluded:
+        if name in slave.description.excluded:
             continue  # refused where it is connected
         if port.kind not in signals:
-            signal = slave.settable.get(name)
+            signal = slave.description.settable.get(name)
         else:
             found = [s for s in signals[port.kind] if s.name == name or s.name.startswith(f"{name}[")]
             if not found:
@@ -153,7 +153,7 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
 def refuse_excluded(wire: Connection, end: int, slave: Slave) -> None:
     """WiringError for a connection to something that takes no part in connections."""
     component, variable = (wire.start, wire.end)[end]
-    kind = slave.excluded.get(variable)
+    kind = slave.description.excluded.get(variable)
     if kind is not None:
         _fail(wire, f"{component}.{variable} is a {kind}, which takes no part in connections")
 

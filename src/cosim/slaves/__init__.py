@@ -1,53 +1,18 @@
-"""Slaves: components between communication points. The master cannot tell one kind from another."""
+"""Slaves: components between communication points. The master cannot tell one kind from another.
 
-from typing import TYPE_CHECKING
+base            the interface, with the order of calls; description, signal: the values in it
+opening         from a source to a slave
+in_process      a component of this process
+fmi/            FMUs
+processes/      what runs elsewhere
+"""
 
-from ..systems import catalogue
-from .base import RawFmu, Signal, Slave
+from .base import Counts, Restorable, Serializable, Slave, StateSpace, counts, linearisation, restorable, serializable
+from .description import SlaveDescription
+from .opening import open_fmu, open_slave
+from .signal import Signal, Value
 
-if TYPE_CHECKING:
-    from .fmi.unpacked import FmuCache
-
-__all__ = ["RawFmu", "Signal", "Slave", "open_fmu", "open_slave"]
-
-
-def open_slave(
-    name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: "FmuCache | None" = None
-) -> Slave:
-    """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
-
-    With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
-    With `isolate` an FMU runs in a process of its own, and cannot take this one down.
-    cache : the FMUs that are open already, so that slaves of the same file share one copy.
-    """
-    if source.startswith(("process:", "tcp://")):
-        from .processes.remote import RemoteSlave
-
-        return RemoteSlave(name, source)
-    if in_process and not source.endswith(".fmu"):
-        from .in_process import ComponentSlave
-
-        return ComponentSlave(name, catalogue.component(source))
-    from .fmi.unpacked import FmuCache
-
-    cache = cache or FmuCache()
-    location = cache.location(source)
-    if isolate:
-        from .processes.isolated import IsolatedSlave
-
-        return IsolatedSlave(name, location)
-    return open_fmu(name, location, cache)
-
-
-def open_fmu(name: str, location: str, cache: "FmuCache | None" = None) -> Slave:
-    """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
-    from .fmi.unpacked import FmuCache
-
-    opened = (cache or FmuCache()).take(location)
-    if opened.description.version == "3":
-        from .fmi.fmi3 import Fmi3Slave
-
-        return Fmi3Slave(name, opened)
-    from .fmi.fmi2 import Fmi2Slave
-
-    return Fmi2Slave(name, opened)
+__all__ = [
+    "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Value", "counts",
+    "linearisation", "open_fmu", "open_slave", "restorable", "serializable",
+]  # fmt: skip

@@ -14,24 +14,28 @@ from gyro_cosim.component.do_step import error_control
 from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, advance, first_sample, input_at, pieces
 
 from ..errors import SlaveError
-from .base import Signal, Slave, StateSpace, Value
+from .base import Linearisable, Serializable, StateSpace
+from .description import SlaveDescription
+from .signal import Signal, Value
 
 
-class ComponentSlave(Slave):
+class ComponentSlave(Serializable, Linearisable):
     """Runs a Component as component/do_step.py defines it, on arrays that are bound once."""
-
-    can_restore = can_serialize = True
-    input_degree = INPUT_DEGREE
 
     def __init__(self, name: str, component: Component) -> None:
         self.name = name
         self._component = component
-        self.inputs = tuple(_signal(v, "input") for v in component.inputs)
-        self.outputs = tuple(_signal(v, "output") for v in component.outputs)
-        self._table = (*component.variables, *component.integration_parameters)
-        settable = [_signal(v, "state" if v.is_state else v.causality) for v in self._table if _is_settable(v)]
-        self.settable = {s.name: s for s in settable}
-        self.feedthrough = component.feedthrough
+        rows = (*component.variables, *component.integration_parameters)
+        settable = [_signal(v, "state" if v.is_state else v.causality) for v in rows if _is_settable(v)]
+        self.description = SlaveDescription(
+            inputs=tuple(_signal(v, "input") for v in component.inputs),
+            outputs=tuple(_signal(v, "output") for v in component.outputs),
+            settable={s.name: s for s in settable},
+            feedthrough=component.feedthrough,
+            input_degree=INPUT_DEGREE,
+            can_restore=True,
+            can_serialize=True,
+        )
         self._x, self._p = component.start_state, component.start_parameters
         self._u = component.start_input
         self._U = np.zeros((INPUT_DEGREE + 1, len(self.inputs)))  # CasADi reads it column by column: (n_u, 3)
@@ -59,9 +63,10 @@ class ComponentSlave(Slave):
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         self._u[:] = u
         self._output()
-        if not np.isfinite(self._y.sum()):
-            bad = self.outputs[int(np.flatnonzero(~np.isfinite(self._y))[0])].name if not np.isfinite(self._y).all() else "sum"
-            raise SlaveError(self.name, t, 0.0, f"output {bad!r} must be finite")
+        if not np.isfinite(self._y).all():
+            for signal, value in zip(self.outputs, self._y, strict=True):
+                if not np.isfinite(value):
+                    raise SlaveError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}")
         return self._y.copy()
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
@@ -108,15 +113,6 @@ class ComponentSlave(Slave):
         numbers = np.frombuffer(data, "<f8", offset=8)
         self._x[:], self._u[:] = numbers[: self._x.size], numbers[self._x.size : -1]
         self._progress = Progress(struct.unpack_from("<q", data)[0], float(numbers[-1]))
-
-    def jacobian(self) -> np.ndarray | None:
-        return np.array(self._dy_du(self._x, self._u, self._p))
-
-    @cached_property
-    def _dy_du(self) -> ca.Function:
-        """dy/du as a function of (x, u, p), shape (n_y, n_u)."""
-        symbols = [ca.MX.sym(name, size) for name, size in zip("xup", (self._x.size, self._u.size, self._p.size), strict=True)]
-        return ca.Function("dy_du", symbols, [ca.densify(ca.jacobian(self._component.output(*symbols), symbols[1]))])
 
     def state_space(self) -> StateSpace | None:
         if self._component.sample is not None:

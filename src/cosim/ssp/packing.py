@@ -18,9 +18,9 @@ from gyro_cosim.component.units import BASE, Unit
 
 from ..errors import unknown
 from ..network.wiring import transfer
-from ..slaves.base import Signal, Value
+from ..slaves import Signal, SlaveDescription, Value
 from ..slaves.fmi.description import read
-from ..slaves.fmi.signals import Signals, interface
+from ..slaves.fmi.signals import described
 from ..systems import Connection, System, SystemComponent, archive, catalogue
 from ..systems.quantities import meaning
 from .documents import ANNOTATION, NAMESPACES
@@ -37,7 +37,7 @@ def pack(system: System, file: Path) -> Path:
     if file.suffix != ".ssp":
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
     fmus, places = _fmus(system)
-    faces = {part.name: interface(read(fmus[part.source])) for part in system.components}
+    faces = {part.name: described(read(fmus[part.source])) for part in system.components}
     units = _units(s for face in faces.values() for s in (*face.inputs, *face.outputs, *face.settable.values()))
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     values: dict[str, bytes] = {}  # place in the package -> parameter set
@@ -99,7 +99,7 @@ def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> e
 
 
 def _structure(
-    system: System, faces: Mapping[str, Signals], places: Mapping[str, str], units: Mapping[str, Unit],
+    system: System, faces: Mapping[str, SlaveDescription], places: Mapping[str, str], units: Mapping[str, Unit],
     enumerations: dict[tuple[tuple[str, int], ...], str], sets: Mapping[str, str],
 ) -> etree._Element:  # fmt: skip
     used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
@@ -165,7 +165,7 @@ def _component(
     return component
 
 
-def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, Signals]) -> None:
+def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, SlaveDescription]) -> None:
     element = _add(
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
@@ -187,7 +187,7 @@ def _connection(connections: etree._Element, wire: Connection, faces: Mapping[st
         _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
 
 
-def _parameter_set(name: str, part: SystemComponent, face: Signals, units: Mapping[str, Unit]) -> etree._Element | None:
+def _parameter_set(name: str, part: SystemComponent, face: SlaveDescription, units: Mapping[str, Unit]) -> etree._Element | None:
     """The values of a component as an .ssv; None where there are none. All sets have one name, which some importers ask for."""
     used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
     root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": name}, nsmap=used)

@@ -43,7 +43,8 @@ class SystemQuery:
         for network in self._open:
             for slave in network.slaves:
                 if slave.name in self._system.members(name):
-                    found.add((slave.start_values({variable: given})[variable], slave.settable[variable].unit))
+                    known = slave.description
+                    found.add((known.start_values(slave.name, {variable: given})[variable], known.settable[variable].unit))
         if len(found) > 1:
             raise ValueError(f"axis {target!r} must have the same unit everywhere, has {', '.join(unit for _, unit in found)}")
         ((value, self.units[target]),) = found

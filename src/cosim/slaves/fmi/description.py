@@ -81,7 +81,7 @@ class Description:
 
     def can(self, capability: str) -> bool:
         """Whether the Co-Simulation interface has a boolean capability."""
-        return self.interfaces["CoSimulation"].get(capability, "false") in ("true", "1")
+        return self.interfaces.get("CoSimulation", {}).get(capability, "false") in ("true", "1")
 
 
 def read(file: str) -> Description:

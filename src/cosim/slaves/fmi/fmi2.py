@@ -8,10 +8,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
-from ..base import RawFmu, Value
+from ..signal import Value
 from .description import Row
 from .fmu import FmuSlave
 from .library import POINTER, REFERENCES, SIZE, Library
+from .raw import RawFmu
 from .unpacked import Callbacks2
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status
@@ -28,9 +29,8 @@ class Fmi2Slave(FmuSlave):
 
     def _bind_version(self, library: Library) -> None:
         function, double = library.function, ctypes.c_double
-        real = [row for row in self.description.rows if row.type == "Real"]
+        real = [row for row in self.model.rows if row.type == "Real"]
         follows = [row.reference for row in real if row.causality == "input" and row.variability == "continuous"]
-        self.input_degree = 2 if self.description.can("canInterpolateInputs") else 0
         n = self._n_smooth = len(follows)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._du = np.zeros(2 * n)
@@ -45,7 +45,7 @@ class Fmi2Slave(FmuSlave):
         self._enter = function("fmi2EnterInitializationMode", POINTER)
         self._exit = function("fmi2ExitInitializationMode", POINTER)
         self._do_step = function("fmi2DoStep", POINTER, double, double, ctypes.c_int)
-        if self.input_degree and n:
+        if self.description.input_degree and n:
             self._set_derivatives = function("fmi2SetRealInputDerivatives", POINTER, REFERENCES, SIZE, POINTER, POINTER)
         if self._differentiable:
             self._derivative = function(
@@ -68,7 +68,7 @@ class Fmi2Slave(FmuSlave):
     def _instantiate(self) -> Any:
         resources = (self._opened.folder / "resources").as_uri().encode()
         return self._instantiate_call(
-            self.name.encode(), 1, self.description.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
+            self.name.encode(), 1, self.model.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
         )
 
     def _enter_initialization(self, t: float, stop: float) -> None:
@@ -77,7 +77,7 @@ class Fmi2Slave(FmuSlave):
 
     def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi2ExitInitializationMode", t, 0.0)
-        self.raw = self._raw()
+        self._raw = self._make_raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
         set_ = self._opened.library.function("fmi2SetString", POINTER, REFERENCES, SIZE, POINTER)
@@ -89,7 +89,7 @@ class Fmi2Slave(FmuSlave):
         instance = self._instance
         if self._u.size:
             self._set_inputs(U[0], t, h)
-            if self.input_degree and self._n_smooth:
+            if self.description.input_degree and self._n_smooth:
                 if self._told < 2:  # an FMU hears of a derivative from when it first differs from zero
                     self._told = 2 if U[2].any() else 1 if U[1].any() else self._told
                 if self._told:
@@ -97,7 +97,7 @@ class Fmi2Slave(FmuSlave):
                     n = self._told * self._n_smooth
                     status = self._set_derivatives(instance, self._du_refs, n, self._du_orders, self._du_pointer)
                     self.check(status, "fmi2SetRealInputDerivatives", t, h)
-        status = self._do_step(instance, t, h, 1 - self.can_restore)
+        status = self._do_step(instance, t, h, 1 - self.description.can_restore)
         if status > 1:
             self._step_failed(status, t, h)
 
@@ -117,35 +117,30 @@ class Fmi2Slave(FmuSlave):
             raise SlaveError(self.name, t, h, f"fmi2DoStep answered discard{how}", self.log.said())
         self.check(status, "fmi2DoStep", t, h)
 
-    def _directional(self, column: int, result: np.ndarray) -> int:
-        (group,) = [g for g in self._output_groups if g.label == "fmi2SetReal"]
-        (known,) = [g for g in self._input_groups if g.label == "fmi2SetReal"]
-        unknowns = (ctypes.c_uint * len(group.rows))(*(row.reference for row in group.rows))
-        places = np.arange(self._u.size)[known.places].tolist()
-        knowns = (ctypes.c_uint * 1)(known.rows[places.index(column)].reference)
-        seed, found = np.ones(1), np.zeros(len(group.rows))
-        status = self._derivative(
-            self._instance, unknowns, len(group.rows), knowns, 1, seed.ctypes.data_as(POINTER), found.ctypes.data_as(POINTER)
-        )
-        result[group.places] = found
-        return status
-
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
         refs, knowns, seed = (ctypes.c_uint * len(unknowns))(*unknowns), (ctypes.c_uint * 1)(known), np.ones(1)
         pointers = seed.ctypes.data_as(POINTER), result.ctypes.data_as(POINTER)
         return int(self._derivative(self._instance, refs, len(unknowns), knowns, 1, *pointers))
 
-    def _raw(self) -> RawFmu | None:
+    def _make_raw(self) -> RawFmu | None:
         """See RawFmu; None where a signal is not real, or not smooth while derivatives would be set."""
         if any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
             return None
-        if self.input_degree and self._n_smooth != self._u.size:
+        degree = self.description.input_degree
+        if degree and self._n_smooth != self._u.size:
             return None
-
         return RawFmu(
-            2, self._instance, self._address("fmi2SetReal"), self._address("fmi2GetReal"), self._address("fmi2DoStep"),
-            self._address("fmi2SetRealInputDerivatives") if self.input_degree and self._n_smooth else 0,
-            self._references(self._input_groups), self._references(self._output_groups),
-            np.array(self._du_refs, dtype=np.uint32), np.array(self._du_orders, dtype=np.int32), 1 - self.can_restore, self.check,
-            self._step_failed,
-        )  # fmt: skip
+            version=2,
+            instance=self._instance,
+            set_real=self._address("fmi2SetReal"),
+            get_real=self._address("fmi2GetReal"),
+            do_step=self._address("fmi2DoStep"),
+            set_derivatives=self._address("fmi2SetRealInputDerivatives") if degree and self._n_smooth else 0,
+            u_refs=self._references(self._input_groups),
+            y_refs=self._references(self._output_groups),
+            du_refs=np.array(self._du_refs, dtype=np.uint32),
+            du_orders=np.array(self._du_orders, dtype=np.int32),
+            no_set_state=1 - self.description.can_restore,
+            check=self.check,
+            step_failed=self._step_failed,
+        )

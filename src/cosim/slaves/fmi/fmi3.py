@@ -13,12 +13,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
-from ..base import RawFmu, Value
+from ..signal import Value
 from . import events
 from .description import Row
 from .fmu import FmuSlave
 from .intermediate_update import IntermediateInputs, asked_for
 from .library import POINTER, REFERENCES, SIZE, Library
+from .raw import RawFmu
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
@@ -36,8 +37,7 @@ class Fmi3Slave(FmuSlave):
 
     def _bind_version(self, library: Library) -> None:
         function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
-        asked = asked_for(self.description)
-        self.input_degree = 2 if asked else 0
+        asked = asked_for(self.model)
         self._answers = IntermediateInputs(library, asked)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._log = _LOG(self._on_log)
@@ -53,9 +53,9 @@ class Fmi3Slave(FmuSlave):
         self._reached = double.from_buffer(self._answer, 8)
         self._event_mode: events.EventMode | None = None
         self._discrete = np.flatnonzero([not s.smooth for s in self.inputs])
-        if events.used(self.description):
-            self._event_mode, self.events = events.EventMode(library, self.check), 0
-            self._variable_step = self.description.can("canHandleVariableCommunicationStepSize")
+        if self.description.counts_events:
+            self._event_mode = events.EventMode(library, self.check)
+            self._variable_step = self.model.can("canHandleVariableCommunicationStepSize")
             if self._discrete.size:
                 self._put = self._put_with_events
         self._told_by_step = tuple(ctypes.byref(x) for x in (self._event, self._ended, self._early, self._reached))
@@ -77,7 +77,7 @@ class Fmi3Slave(FmuSlave):
         resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
         with_events = self._event_mode is not None
         return self._instantiate_call(
-            self.name.encode(), self.description.token.encode(), resources, False, True, with_events, with_events,
+            self.name.encode(), self.model.token.encode(), resources, False, True, with_events, with_events,
             self._answers.references, self._answers.count, None, self._log, self._answers.callback,
         )  # fmt: skip
 
@@ -95,7 +95,7 @@ class Fmi3Slave(FmuSlave):
                 self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
             self._leave_event_mode(self._event_mode, t, 0.0)
         self._answers.begin(self._instance, np.zeros((3, 0)), t)
-        self.raw = self._raw()
+        self._raw = self._make_raw()
 
     def _set_text(self, row: Row, values: Sequence[Value]) -> None:
         reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
@@ -138,7 +138,7 @@ class Fmi3Slave(FmuSlave):
             raise EndRequest(self.name, t)
         if self._u.size:
             self._put(U[0], t, h)
-            if self.input_degree:
+            if self.description.input_degree:
                 self._answers.begin(self._instance, U if self._smooth.size == self._u.size else U[:, self._smooth], t)
         if self._event_mode is not None:
             self._step_through_events(U, t, h)
@@ -188,7 +188,7 @@ class Fmi3Slave(FmuSlave):
     def _advance(self, t: float, h: float) -> float:
         """fmi3DoStep; the time that it has reached."""
         self._reached.value = t + h
-        status = self._do_step(self._instance, t, h, not self.can_restore, *self._told_by_step)
+        status = self._do_step(self._instance, t, h, not self.description.can_restore, *self._told_by_step)
         self._step_failed(status, t, h)
         return self._judge(t, h)
 
@@ -215,7 +215,7 @@ class Fmi3Slave(FmuSlave):
             self._refuse_short_step(t, h)
 
     def _refuse_short_step(self, t: float, h: float) -> None:
-        own = self.description.interfaces["CoSimulation"].get("fixedInternalStepSize")
+        own = self.model.interfaces["CoSimulation"].get("fixedInternalStepSize")
         hint = f" (its own step is fixed to {own} s)" if own else ""
         self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
 
@@ -223,7 +223,7 @@ class Fmi3Slave(FmuSlave):
         self._running = False
         raise SlaveError(self.name, t, h, reason, self.log.said())
 
-    def _raw(self) -> RawFmu | None:
+    def _make_raw(self) -> RawFmu | None:
         """See RawFmu; None where a signal is no Float64 or an array, or where discrete inputs may need event mode."""
         groups = (*self._input_groups, *self._output_groups)
         if any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
@@ -232,33 +232,24 @@ class Fmi3Slave(FmuSlave):
             return None
         none = np.zeros(2 * self._u.size, dtype=np.uint32)
         return RawFmu(
-            3, self._instance, self._address("fmi3SetFloat64"), self._address("fmi3GetFloat64"), self._address("fmi3DoStep"), 0,
-            self._references(self._input_groups), self._references(self._output_groups), none, none.astype(np.int32),
-            1 - self.can_restore, self.check, self._step_failed, self.input_degree > 0,
-            np.frombuffer(self._answer, dtype=np.uint8), self._finish_step,
-            lambda: -np.inf if self._note.ends else self._note.due,
-        )  # fmt: skip
-
-    def _directional(self, column: int, result: np.ndarray) -> int:
-        (group,) = [g for g in self._output_groups if g.label == "fmi3SetFloat64"]
-        (known,) = [g for g in self._input_groups if g.label == "fmi3SetFloat64"]
-        places = np.arange(self._u.size)[known.places].tolist()
-        offset, seed = places.index(column), None
-        for row in known.rows:
-            if offset < row.size:
-                seed = np.zeros(row.size)
-                break
-            offset -= row.size
-        assert seed is not None
-        seed[offset] = 1.0
-        unknowns = (ctypes.c_uint * len(group.rows))(*(r.reference for r in group.rows))
-        found = np.zeros(group.buffer.size)
-        status = self._derivative(
-            self._instance, unknowns, len(group.rows), (ctypes.c_uint * 1)(row.reference), 1, seed.ctypes.data_as(POINTER),
-            seed.size, found.ctypes.data_as(POINTER), found.size,
-        )  # fmt: skip
-        result[group.places] = found
-        return status
+            version=3,
+            instance=self._instance,
+            set_real=self._address("fmi3SetFloat64"),
+            get_real=self._address("fmi3GetFloat64"),
+            do_step=self._address("fmi3DoStep"),
+            set_derivatives=0,
+            u_refs=self._references(self._input_groups),
+            y_refs=self._references(self._output_groups),
+            du_refs=none,
+            du_orders=none.astype(np.int32),
+            no_set_state=1 - self.description.can_restore,
+            check=self.check,
+            step_failed=self._step_failed,
+            asks=self.description.input_degree > 0,
+            told=np.frombuffer(self._answer, dtype=np.uint8),
+            finish_step=self._finish_step,
+            due=lambda: -np.inf if self._note.ends else self._note.due,
+        )
 
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
         refs, knowns, seed = (ctypes.c_uint * len(unknowns))(*unknowns), (ctypes.c_uint * 1)(known), np.ones(1)

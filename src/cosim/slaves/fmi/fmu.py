@@ -4,7 +4,6 @@ The run calls the FMU's functions directly, on arrays that are bound once.
 """
 
 import ctypes
-import math
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
@@ -12,21 +11,25 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import SlaveError
-from ..base import Slave, StateSpace, Value
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..signal import Value
 from .buffers import Group, group, groups
 from .description import Row
 from .events import EventState
 from .fmu_state import States
-from .library import POINTER, STATUS, Library, Log
+from .library import POINTER, STATUS, Library
+from .log import Log
+from .raw import Direct, RawFmu
 from .signals import by_variable, carried
 from .unpacked import OpenedFmu
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
-class FmuSlave(Slave):
+class FmuSlave(Serializable, Linearisable, Counting, Direct):
     """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
+    model : the FMU's own description. log : what the FMU says.
     _start, _mode : when the run begins, and what is to be said of the mode that the FMU is in.
     _note : what is known of the FMU beside its state. _put : gives it its inputs, as _put(u, t, h).
     _told : highest order of input derivatives that the FMU has heard of.
@@ -38,10 +41,12 @@ class FmuSlave(Slave):
     state: ClassVar[str]
 
     def __init__(self, name: str, opened: OpenedFmu) -> None:
-        self.name, self._opened, self.description = name, opened, opened.description
-        self.log = Log()
+        self.name, self._opened, self.model = name, opened, opened.model
+        self.description = opened.description
+        self.log = Log(name)
         opened.logs[id(self)] = self.log
         self._instance: Any = None
+        self._raw: RawFmu | None = None
         self._running = self._dead = self._closed = False
         self._start, self._mode, self._note = 0.0, "", EventState()
         self._put: Callable[[np.ndarray, float, float], None] = self._set_inputs
@@ -57,7 +62,7 @@ class FmuSlave(Slave):
 
     @abstractmethod
     def _bind_version(self, library: Library) -> None:
-        """The functions and arrays that only this version has; sets input_degree."""
+        """The functions and arrays that only this version has."""
 
     @abstractmethod
     def _instantiate(self) -> Any:
@@ -83,21 +88,12 @@ class FmuSlave(Slave):
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
         """Write d(unknowns) / d(known), given by value references, into result, shape (n,); returns the status."""
 
-    @abstractmethod
-    def _directional(self, column: int, result: np.ndarray) -> int:
-        """Write d(real outputs) / d(real input `column`) into result, shape (n,); returns the status."""
-
     # ---- signals
 
     def _describe(self) -> None:
-        d = self.description
+        d = self.model
         self._rows = {row.name: row for row in d.rows}
-        self.can_restore = d.can("canGetAndSetFMUstate") or d.can("canGetAndSetFMUState")
-        self.can_serialize = self.can_restore and (d.can("canSerializeFMUstate") or d.can("canSerializeFMUState"))
         self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
-        face = self._opened.interface
-        self.inputs, self.outputs, self.settable = face.inputs, face.outputs, face.settable
-        self.excluded, self.feedthrough, self.initial_feedthrough = face.excluded, face.feedthrough, face.initial_feedthrough
         self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
         self._input_groups, self._output_groups = (
             groups(carried(d, kind), self.types, self.prefix, self._moves) for kind in ("input", "output")
@@ -108,8 +104,8 @@ class FmuSlave(Slave):
         function, prefix, state = self._opened.library.function, self.prefix, self.state
         self._terminate = function(f"{prefix}Terminate", POINTER)
         self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
-        if self.can_restore:
-            self._states = States(self._opened.library, prefix, state, self.check, serialize=self.can_serialize)
+        if self.description.can_restore:
+            self._states = States(self._opened.library, prefix, state, self.check, serialize=self.description.can_serialize)
 
     # ---- what C code needs, see RawFmu
 
@@ -159,7 +155,7 @@ class FmuSlave(Slave):
                 reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {rounded[1]}"
                 raise SlaveError(self.name, t, 0.0, reason, self.log.said())
             self._y[part.places] = part.buffer
-        if not math.isfinite(np.add.reduce(self._y)):
+        if not np.isfinite(self._y).all():
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
                     reason = f"output {signal.name!r} must be finite{self._mode}, got {value}"
@@ -173,20 +169,8 @@ class FmuSlave(Slave):
             if status > 1:
                 self.check(status, part.label, t, h)
 
-    def jacobian(self) -> np.ndarray | None:
-        if not self._differentiable:
-            return None
-        found = np.zeros(self.feedthrough.shape)
-        rows = [i for i, s in enumerate(self.outputs) if s.type == "real" and s.smooth]
-        for j in np.flatnonzero(self.feedthrough.any(axis=0)).tolist():
-            if self.inputs[j].type == "real" and self.inputs[j].smooth and rows:
-                column = np.zeros(self._y.size)
-                self.check(self._directional(j, column), f"{self.prefix}GetDirectionalDerivative", 0.0, 0.0)
-                found[rows, j] = column[rows]
-        return found
-
     def state_space(self) -> StateSpace | None:
-        states = self.description.states
+        states = self.model.states
         plain = all(row.size == 1 for part in (*self._input_groups, *self._output_groups) for row in part.rows)
         if not self._differentiable or not plain or any(not s.smooth for s in (*self.inputs, *self.outputs)):
             return None
@@ -218,11 +202,11 @@ class FmuSlave(Slave):
     def serialize(self) -> bytes:
         self._must_serialize()
         state = self._states.serialize(self._instance)
-        return state if self.events is None else state + self._note.packed()
+        return state + self._note.packed() if self.description.counts_events else state
 
     def deserialize(self, data: bytes) -> None:
         self._must_serialize()
-        if self.events is not None:
+        if self.description.counts_events:
             data, note = EventState.split(data, len(self._note.discrete))
             self._learn(note)
         self._states.deserialize(self._instance, data)
@@ -230,11 +214,17 @@ class FmuSlave(Slave):
 
     def _learn(self, note: EventState) -> None:
         self._note = note
-        if self.events is not None:
-            self.events = note.events
+
+    @property
+    def counts(self) -> Counts:
+        return Counts(self._note.events if self.description.counts_events else None, self.log.warnings, self.log.first_warning)
+
+    @property
+    def raw(self) -> RawFmu | None:
+        return self._raw
 
     def _must_serialize(self) -> None:
-        if not self.can_serialize:
+        if not self.description.can_serialize:
             raise ValueError(f"component {self.name!r} must be able to serialize its state, FMU {self._opened.location!r} cannot")
 
     # ---- failure and the end
@@ -255,7 +245,7 @@ class FmuSlave(Slave):
             self._opened.release()
 
     def _free_instance(self) -> None:
-        self.raw, self._mode = None, ""
+        self._raw, self._mode = None, ""
         instance, self._instance = self._instance, None
         if instance is None or self._dead:
             self._running = self._dead = False

@@ -1,4 +1,4 @@
-"""An FMU's shared library: found for this machine, loaded, its functions with their types, what it logs."""
+"""An FMU's shared library: found for this machine, loaded, its functions with their types."""
 
 import _ctypes
 import ctypes
@@ -6,7 +6,6 @@ import importlib.util
 import platform
 import shutil
 import sys
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -63,36 +62,6 @@ class Library:
         if self._library is not None:
             getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(self._library._handle)
             self._library = None  # type: ignore[assignment]
-
-
-class Log:
-    """What an FMU has said of late: (status, category, text); `echo` gets every line at once."""
-
-    def __init__(self) -> None:
-        self._lines: deque[tuple[int, str, str]] = deque(maxlen=100)
-        self.echo: Callable[[str], None] | None = None
-
-    def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
-        """Keep a line; those with status ok tell of no trouble and are dropped."""
-        line = (status, (category or b"").decode(errors="replace"), " ".join((message or b"").decode(errors="replace").split()))
-        if status > 0:
-            self._lines.append(line)
-            if self.echo is not None:
-                self.echo(_shown(line))
-
-    def clear(self) -> None:
-        """Forget."""
-        self._lines.clear()
-
-    def said(self) -> str:
-        """The last lines worth repeating: those of failures, or else warnings."""
-        failures = [line for line in self._lines if line[0] > 1]
-        return "; ".join(dict.fromkeys(_shown(line) for line in (failures or list(self._lines))[-3:]))
-
-
-def _shown(line: tuple[int, str, str]) -> str:
-    status, category, text = line
-    return f"{text} [{category or STATUS[status] if status < len(STATUS) else category}]"
 
 
 def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:

@@ -1,29 +1,19 @@
 """From an FMU's description to the signals that the master sees."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
 from .description import REAL, Description, Row
+from .events import used
+from .intermediate_update import asked_for
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 _NOT_CARRIED = ("String", "Binary", "Clock")
-
-
-@dataclass(frozen=True, eq=False)
-class Signals:
-    """inputs, outputs, settable, excluded and both feedthroughs of a Slave, from the description alone; not to be changed."""
-
-    inputs: tuple[Signal, ...]
-    outputs: tuple[Signal, ...]
-    settable: Mapping[str, Signal]
-    excluded: Mapping[str, str]
-    feedthrough: np.ndarray
-    initial_feedthrough: np.ndarray
 
 
 def carried(description: Description, causality: str) -> list[Row]:
@@ -31,8 +21,8 @@ def carried(description: Description, causality: str) -> list[Row]:
     return [row for row in description.rows if row.causality == causality and row.type not in _NOT_CARRIED]
 
 
-def interface(description: Description) -> Signals:
-    """The signals of an FMU; an array is one signal per element, and one more among what can be set."""
+def described(description: Description) -> SlaveDescription:
+    """The FMU as a slave; an array is one signal per element, and one more among what can be set."""
     inputs, outputs = carried(description, "input"), carried(description, "output")
     settable = {}
     for row in description.rows:
@@ -42,12 +32,22 @@ def interface(description: Description) -> Signals:
             if row.shape:
                 settable |= {s.name: s for s in _elements(row, kind)}
     excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type in _NOT_CARRIED}
-    return Signals(
-        tuple(s for row in inputs for s in _elements(row, "input")),
-        tuple(s for row in outputs for s in _elements(row, "output")),
-        settable, excluded, _feedthrough(description.dependencies, inputs, outputs),
-        _feedthrough({row.name: _at_start(description, row) for row in outputs}, inputs, outputs),
-    )  # fmt: skip
+    follows = description.can("canInterpolateInputs") if description.version == "2" else bool(asked_for(description))
+    restores, serializes = (
+        description.can(f"can{verb}FMUstate") or description.can(f"can{verb}FMUState") for verb in ("GetAndSet", "Serialize")
+    )
+    return SlaveDescription(
+        inputs=tuple(s for row in inputs for s in _elements(row, "input")),
+        outputs=tuple(s for row in outputs for s in _elements(row, "output")),
+        settable=settable,
+        feedthrough=_feedthrough(description.dependencies, inputs, outputs),
+        initial_feedthrough=_feedthrough({row.name: _at_start(description, row) for row in outputs}, inputs, outputs),
+        excluded=excluded,
+        input_degree=2 if follows else 0,
+        can_restore=restores,
+        can_serialize=restores and serializes,
+        counts_events=description.version == "3" and used(description),
+    )
 
 
 def _at_start(description: Description, row: Row) -> tuple[str, ...] | None:

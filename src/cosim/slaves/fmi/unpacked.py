@@ -5,10 +5,12 @@ from functools import cached_property
 from typing import Any
 
 from ...systems import archive, catalogue
+from ..description import SlaveDescription
 from ..scratch import ScratchFolder
 from .description import MEMBER, Description, read
-from .library import Library, Log, formatting_proxy
-from .signals import Signals, interface
+from .library import Library, formatting_proxy
+from .log import Log
+from .signals import described
 
 LOGGER_2 = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 
@@ -30,7 +32,7 @@ class OpenedFmu:
 
     def __init__(self, location: str) -> None:
         self.location, self.users = location, 0
-        self.description: Description = read(location)
+        self.model: Description = read(location)
         self.logs: dict[int, Log] = {}
         self._scratch = ScratchFolder()
         self.folder = self._scratch.path
@@ -39,21 +41,21 @@ class OpenedFmu:
         try:
             with archive.opened(location) as members:
                 archive.unpack(members, self.folder, ("binaries/", "resources/", MEMBER))
-            identifier = self.description.interfaces["CoSimulation"]["modelIdentifier"]
-            self.library = Library(self.folder, self.description.version, identifier, f"FMU {location!r}")
+            identifier = self.model.interfaces["CoSimulation"]["modelIdentifier"]
+            self.library = Library(self.folder, self.model.version, identifier, f"FMU {location!r}")
         except BaseException:
             self._scratch.remove()
             raise
 
     @cached_property
-    def interface(self) -> Signals:
-        """The signals, the same for every slave."""
-        return interface(self.description)
+    def description(self) -> SlaveDescription:
+        """The FMU as a slave, the same for every one of them."""
+        return described(self.model)
 
     @property
     def shareable(self) -> bool:
         """Whether a second slave may run on the same copy."""
-        return not self.description.can("canBeInstantiatedOnlyOncePerProcess")
+        return not self.model.can("canBeInstantiatedOnlyOncePerProcess")
 
     def take(self) -> "OpenedFmu":
         """For a slave that will release it."""

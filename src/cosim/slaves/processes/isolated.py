@@ -18,24 +18,22 @@ from typing import Any
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
-from ..base import Slave, Value
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..description import SlaveDescription
 from ..scratch import ScratchFolder
+from ..signal import Value
 from . import child
 
 PATIENCE = 60.0  # s that one call may take
-_DESCRIPTION = (
-    "inputs", "outputs", "settable", "excluded", "feedthrough", "initial_feedthrough", "input_degree", "can_restore",
-    "can_serialize",
-)  # fmt: skip
 
 
-class IsolatedSlave(Slave):
+class IsolatedSlave(Serializable, Linearisable, Counting):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call."""
 
     def __init__(self, name: str, location: str, patience: float = PATIENCE) -> None:
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
-        self.name, self._patience = name, patience
+        self.name, self._patience, self._counts = name, patience, Counts()
         self._scratch = ScratchFolder()  # the child's temporary files: it may not live to remove them
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
         self._connection, theirs = Pipe()
@@ -47,8 +45,7 @@ class IsolatedSlave(Slave):
         finally:
             theirs.close()
         try:
-            for key, value in self._ask("open", 0.0, 0.0, name, location).items():
-                setattr(self, key, value)
+            self.description: SlaveDescription = self._ask("open", 0.0, 0.0, name, location)
         except BaseException:
             self.close()
             raise
@@ -60,7 +57,7 @@ class IsolatedSlave(Slave):
             if not self._connection.poll(self._patience):
                 self._process.kill()
                 raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_words())
-            kind, answer, self.events = self._connection.recv()
+            kind, answer, self._counts = self._connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(child.FAREWELL)
@@ -98,7 +95,8 @@ class IsolatedSlave(Slave):
         self._ask("finish", self._start, 0.0)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
-        return self._ask("output", t, 0.0, u, t)
+        y: np.ndarray = self._ask("output", t, 0.0, u, t)
+        return y
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         self._ask("step", t, h, U, t, h)
@@ -114,16 +112,19 @@ class IsolatedSlave(Slave):
             self._ask("discard", 0.0, 0.0, snapshot)
 
     def serialize(self) -> bytes:
-        return self._ask("serialize", 0.0, 0.0)
+        data: bytes = self._ask("serialize", 0.0, 0.0)
+        return data
 
     def deserialize(self, data: bytes) -> None:
         self._ask("deserialize", 0.0, 0.0, data)
 
-    def jacobian(self) -> np.ndarray | None:
-        return self._ask("jacobian", 0.0, 0.0)
+    @property
+    def counts(self) -> Counts:
+        return self._counts
 
-    def state_space(self) -> Any:
-        return self._ask("state_space", 0.0, 0.0)
+    def state_space(self) -> StateSpace | None:
+        space: StateSpace | None = self._ask("state_space", 0.0, 0.0)
+        return space
 
     def close(self) -> None:
         if self._process.poll() is None:
@@ -154,11 +155,11 @@ def serve(connection: Connection) -> None:
         kind = "done"
         try:
             if what == "open":
-                from .. import open_fmu
+                from ..opening import open_fmu
 
                 slave = open_fmu(*arguments)
                 slave.log.echo = lambda line: print(line, flush=True)
-                answer = {key: getattr(slave, key) for key in _DESCRIPTION}
+                answer = slave.description
             elif what == "save":
                 count += 1
                 snapshots[count], answer = slave.save(), count
@@ -176,7 +177,7 @@ def serve(connection: Connection) -> None:
             kind, answer = "value", str(error)
         except Exception as error:  # whatever it is, the parent needs one line
             kind, answer = "other", f"{type(error).__name__}: {error}"
-        connection.send((kind, answer, None if slave is None else slave.events))
+        connection.send((kind, answer, Counts() if slave is None else slave.counts))
     if slave is not None:
         slave.close()
 

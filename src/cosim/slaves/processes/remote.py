@@ -28,7 +28,9 @@ import numpy as np
 from gyro_cosim.component.units import quantity
 
 from ...errors import EndRequest, SlaveError, unknown
-from ..base import Signal, Slave, StateSpace, Value
+from ..base import Restorable
+from ..description import SlaveDescription
+from ..signal import Signal, Value
 from . import child
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
@@ -53,11 +55,6 @@ class ResponseTerms:
             raise ValueError(f"patience must be at least 1, got {self.patience}")
 
 
-def is_remote(source: str) -> bool:
-    """Whether `source` names a unit elsewhere."""
-    return source.startswith(SCHEMES)
-
-
 def parse(source: str) -> tuple[str, ResponseTerms]:
     """The place and the terms in `source`; ValueError names it and the rule."""
     place, _, options = source.partition("?")
@@ -73,10 +70,8 @@ def parse(source: str) -> tuple[str, ResponseTerms]:
     return place, terms
 
 
-class RemoteSlave(Slave):
+class RemoteSlave(Restorable):
     """See the module's docstring. late : how many answers came too late or never, in this run."""
-
-    can_serialize = False
 
     def __init__(self, name: str, source: str) -> None:
         self.name, self.late = name, 0
@@ -113,18 +108,22 @@ class RemoteSlave(Slave):
     def _introduce(self, told: Mapping[str, Any]) -> None:
         """Signals and abilities from the unit's own words; ProtocolError where they do not fit together."""
         try:
-            self.inputs, self.outputs, settable = (
-                tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable")
+            inputs, outputs, settable = (tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable"))
+            shape = len(outputs), len(inputs)
+            feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(shape)
+            self.description = SlaveDescription(
+                inputs=inputs,
+                outputs=outputs,
+                settable={s.name: s for s in settable},
+                feedthrough=feedthrough,
+                initial_feedthrough=np.array(told.get("initial_feedthrough", feedthrough), dtype=bool).reshape(shape),
+                input_degree=int(told["input_degree"]),
+                # a repeated step must find every answer
+                can_restore=bool(told["can_restore"]) and self._terms.late == "stop",
             )
-            self.settable = {s.name: s for s in settable}
-            shape = len(self.outputs), len(self.inputs)
-            self.feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(shape)
-            self.initial_feedthrough = np.array(told.get("initial_feedthrough", self.feedthrough), dtype=bool).reshape(shape)
             self._initializes = bool(told.get("initialization"))
-            self.input_degree, self.can_restore = int(told["input_degree"]), bool(told["can_restore"])
         except (KeyError, TypeError, ValueError) as error:
             raise ProtocolError(f"it does not introduce itself: {error}") from None
-        self.can_restore = self.can_restore and self._terms.late == "stop"  # a repeated step must find every answer
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._last, self._missing, self.late = [], 0, 0
@@ -165,7 +164,7 @@ class RemoteSlave(Slave):
         (t1, y1), (t0, y0) = self._last[0], self._last[-1]
         if self._terms.late == "hold" or t1 <= t0:
             return y1.copy()
-        return y1 + (y1 - y0) * ((t - t1) / (t1 - t0))
+        return np.asarray(y1 + (y1 - y0) * ((t - t1) / (t1 - t0)))
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         self._sequence += 1
@@ -220,18 +219,6 @@ class RemoteSlave(Slave):
 
     def _failed(self, t: float, reason: str, h: float = 0.0) -> SlaveError:
         return SlaveError(self.name, t, h, f"the unit at {self._place} {reason}")
-
-    def serialize(self) -> bytes:
-        raise ValueError(f"component {self.name!r} is remote and cannot serialize its state")
-
-    def deserialize(self, data: bytes) -> None:
-        raise ValueError(f"component {self.name!r} is remote and cannot serialize its state")
-
-    def jacobian(self) -> np.ndarray | None:
-        return None
-
-    def state_space(self) -> StateSpace | None:
-        return None
 
     def close(self) -> None:
         try:

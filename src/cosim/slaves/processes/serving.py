@@ -4,12 +4,12 @@ import json
 import socket
 import struct
 import sys
-from dataclasses import fields
 from typing import Any
 
 from ...errors import EndRequest, RunError
-from .. import open_slave
-from ..base import Signal, Slave
+from ..base import Slave, restorable
+from ..opening import open_slave
+from ..signal import Signal
 from . import child
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
@@ -18,24 +18,24 @@ CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "
 
 def carried(signal_: Signal) -> dict[str, Any]:
     """A signal as HELLO tells it."""
-    known = {f.name for f in fields(signal_)}
-    return {name: getattr(signal_, name) for name in CARRIED if name in known}
+    return {name: getattr(signal_, name) for name in CARRIED}
 
 
 def introduction(slave: Slave) -> dict[str, Any]:
     """What HELLO is answered with."""
-    initial = slave.feedthrough if slave.initial_feedthrough is None else slave.initial_feedthrough
+    d = slave.description
     return {
-        "inputs": [carried(s) for s in slave.inputs], "outputs": [carried(s) for s in slave.outputs],
-        "settable": [carried(s) for s in slave.settable.values()], "feedthrough": slave.feedthrough.astype(int).tolist(),
-        "initial_feedthrough": initial.astype(int).tolist(), "input_degree": slave.input_degree,
-        "can_restore": slave.can_restore, "initialization": True,
+        "inputs": [carried(s) for s in d.inputs], "outputs": [carried(s) for s in d.outputs],
+        "settable": [carried(s) for s in d.settable.values()], "feedthrough": d.feedthrough.astype(int).tolist(),
+        "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "input_degree": d.input_degree,
+        "can_restore": restorable(slave) is not None, "initialization": True,
     }  # fmt: skip
 
 
 def serve(slave: Slave, link: Link) -> None:
     """Answer a master until it says BYE or is gone. The slave stays open."""
     failed, ended = "", b""
+    states = restorable(slave)
     snapshots: dict[int, Any] = {}
     count = 0
     while True:
@@ -65,14 +65,16 @@ def serve(slave: Slave, link: Link) -> None:
             elif kind == Kind.STEP:
                 whole = array(payload, 2 + 3 * len(slave.inputs))
                 slave.step(whole[2:].reshape(3, -1), float(whole[0]), float(whole[1]))
-            elif kind == Kind.SAVE:
+            elif kind == Kind.SAVE and states is not None:
                 count += 1
-                snapshots[count] = slave.save()
+                snapshots[count] = states.save()
                 answer = struct.pack("<Q", count)
-            elif kind == Kind.RESTORE:
-                slave.restore(snapshots[struct.unpack("<Q", payload)[0]])
-            elif kind == Kind.DISCARD:
-                slave.discard(snapshots.pop(struct.unpack("<Q", payload)[0]))
+            elif kind == Kind.RESTORE and states is not None:
+                states.restore(snapshots[struct.unpack("<Q", payload)[0]])
+            elif kind == Kind.DISCARD and states is not None:
+                states.discard(snapshots.pop(struct.unpack("<Q", payload)[0]))
+            elif kind in (Kind.SAVE, Kind.RESTORE, Kind.DISCARD):
+                failed = f"component {slave.name!r} cannot restore its state"
         except EndRequest as request:
             ended = numbers(request.t)
         except (RunError, ValueError, KeyError, struct.error) as error:

@@ -1,0 +1,53 @@
+"""From the source of a component to a slave; what is not used is not loaded."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..systems import catalogue
+from .base import Slave
+
+if TYPE_CHECKING:
+    from .fmi.unpacked import FmuCache
+
+
+def open_slave(
+    name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: FmuCache | None = None
+) -> Slave:
+    """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
+
+    With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
+    With `isolate` an FMU runs in a process of its own, and cannot take this one down.
+    cache : the FMUs that are open already, so that slaves of the same file share one copy.
+    """
+    if source.startswith(("process:", "tcp://")):
+        from .processes.remote import RemoteSlave
+
+        return RemoteSlave(name, source)
+    if in_process and not source.endswith(".fmu"):
+        from .in_process import ComponentSlave
+
+        return ComponentSlave(name, catalogue.component(source))
+    from .fmi.unpacked import FmuCache
+
+    cache = cache or FmuCache()
+    location = cache.location(source)
+    if isolate:
+        from .processes.isolated import IsolatedSlave
+
+        return IsolatedSlave(name, location)
+    return open_fmu(name, location, cache)
+
+
+def open_fmu(name: str, location: str, cache: FmuCache | None = None) -> Slave:
+    """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
+    from .fmi.unpacked import FmuCache
+
+    opened = (cache or FmuCache()).take(location)
+    if opened.model.version == "3":
+        from .fmi.fmi3 import Fmi3Slave
+
+        return Fmi3Slave(name, opened)
+    from .fmi.fmi2 import Fmi2Slave
+
+    return Fmi2Slave(name, opened)
