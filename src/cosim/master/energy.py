@@ -15,10 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.component.units import unit
-
 from ..network import Network
-from ..network.bonds import Bond
+from ..network.bonds import watts
 
 UNTRUSTED = 0.01  # share of a bond's energy
 NEGLIGIBLE = 1e-6, 1e-12  # share of the energy of the largest bond, and J: at rest only rounding is exchanged
@@ -71,7 +69,7 @@ class EnergyMeter:
         self.signals = np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=int)
         n = len(network.bonds)
         self._residual, self._peak, self._exchanged = np.zeros(n), np.zeros(n), np.zeros(n)
-        self._factor = np.array([_factor(network, b) for b in network.bonds])
+        self._factor = np.array([watts(b, network.units) for b in network.bonds])
         ends = [place for b in network.bonds for place in (b.motion_input, b.effort_input)]
         conversions = [next((a, c) for _, place, a, c in network.wires(i) if place == j) for i, j in ends]
         self._scale, self._offset = (np.array([c[k] for c in conversions]) for k in (0, 1))
@@ -147,15 +145,6 @@ def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: f
             scale, offset = next((a, c) for _, place, a, c in network.wires(i) if place == j)
             U = used[i][:, j]
             taken.append((U[0] + h * (U[1] + h * U[2] / 2) - offset) / scale)
-        w, M, factor = Y[bond.motion], Y[bond.effort], _factor(network, bond)
+        w, M, factor = Y[bond.motion], Y[bond.effort], watts(bond, network.units)
         residual[row], power[row] = abs((taken[1] * w - M * taken[0]) * factor), abs(M * w * factor)
     return residual, power
-
-
-def _factor(network: Network, bond: Bond) -> float:
-    """From the product of the signals' units to W."""
-    factor = 1.0
-    for k in (bond.motion, bond.effort):
-        if network.units[k]:
-            factor *= unit(network.units[k]).factor
-    return factor
