@@ -23,9 +23,8 @@ test-all: $(DEVELOP)
 check: $(DEVELOP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/python .ci/tree.py
-	$(BIN)/mypy
-	PYTHONPATH=build/tree $(BIN)/lint-imports
+	$(BIN)/python .ci/tree.py mypy
+	$(BIN)/python .ci/tree.py lint-imports
 
 bench: $(DEVELOP)
 	$(BIN)/python benchmarks/run.py

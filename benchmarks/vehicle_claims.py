@@ -2,12 +2,12 @@
 
 Each run joins the vehicle with two nonlinear gyro units at 0 (off) or 2000 rpm (on). A run that hunts in the flanges is
 chaotic: its verdict is given as a count over runs that start a little differently. Takes some minutes.
-Run: python benchmarks/vehicle_claims.py
+Run: PYTHONPATH=tests/support python benchmarks/vehicle_claims.py
 """
 
 import numpy as np
+from joined import Joined
 
-from gyro_cosim.component.joined import Joined
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
 from gyro_cosim.railway.safety import nadal_limit, verdict, worst
 from gyro_cosim.vehicle.lrt import lrt

@@ -2,12 +2,13 @@
 
 Vehicle and two gyro units joined, from rest through the entry of a 50 m curve into flange contact, parameter sets A and B.
 Each line: the largest difference of the front pair's lateral displacement to the reference, in micrometres, with the steps as
-given and with steps cut where the vehicle asks for it. Takes some minutes. Run: python benchmarks/vehicle_step.py
+given and with steps cut where the vehicle asks for it. Takes some minutes.
+Run: PYTHONPATH=tests/support python benchmarks/vehicle_step.py
 """
 
 import numpy as np
+from joined import Joined
 
-from gyro_cosim.component.joined import Joined
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
 from gyro_cosim.vehicle.lrt import lrt
 from gyro_cosim.vehicle.parameter_sets import parameter_set

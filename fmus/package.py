@@ -3,15 +3,13 @@
 import hashlib
 import importlib.metadata
 import importlib.util
-import io
-import os
 import tempfile
 import uuid
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from gyro_cosim.component import Component
+from gyro_cosim.component.zip_files import write_zip
 
 from . import code, description, description3, page, picture, reference
 from .compiler import Platform, chosen, compile_libraries, universal
@@ -65,7 +63,9 @@ def write(component: Component, directory: Path, *, fmi: Sequence[str], platform
             members[f"terminalsAndIcons/{description3.ICON}.png"] = picture.png(component)
             members[f"terminalsAndIcons/{description3.ICON}.svg"] = picture.svg(component)
             members["terminalsAndIcons/terminalsAndIcons.xml"] = description3.terminals(table)
-        written.append(_save(directory / f"{component.name}.{component.variant}{VERSIONS[version]}", members))
+        directory.mkdir(parents=True, exist_ok=True)
+        file = directory / f"{component.name}.{component.variant}{VERSIONS[version]}"
+        written.append(write_zip(file, members, executable="binaries/"))
     return written
 
 
@@ -125,27 +125,3 @@ def _binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -
             library = universal(macs["x86_64-darwin"], macs["aarch64-darwin"])
         found[f"binaries/{folder}/{identifier}{target.suffix}"] = library
     return found
-
-
-def _save(path: Path, members: dict[str, bytes]) -> Path:
-    """Write a zip whose bytes depend on its members only, first beside its place, then in it."""
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive:
-        for name, content in members.items():
-            info = zipfile.ZipInfo(name, date_time=(1980, 1, 1, 0, 0, 0))
-            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
-            info.external_attr = (0o755 if name.startswith("binaries/") else 0o644) << 16
-            archive.writestr(info, content)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data.getvalue())
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(beside).chmod(0o666 & ~mask)
-        Path(beside).replace(path)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise
-    return path

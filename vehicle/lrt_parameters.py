@@ -1,4 +1,4 @@
-"""Parameters of the full light-rail vehicle: Table 2 of the paper, and what it leaves open as `assumed` ranges.
+"""Parameters of the full light-rail vehicle: Table 2 of the paper, and `assumed` ranges of what it does not give.
 
 `lrt_parameters` is the table of `vehicle:lrt`. Where the paper gives no number the default is that of the named set A
 (vehicle/sets); set B and your own are put on top by name.
@@ -14,6 +14,7 @@ from .kalker import RATIO, coefficients
 TABLE = "Table 2"
 OPEN = "not in the paper"
 YOUNG, POISSON = 2.1e11, 0.28
+PRIMARY_STIFFNESS, PRIMARY_DAMPING = 86700.0, 21000.0  # k in N/m along x, y and z, c in N s/m along x and z, Table 2
 
 MASSES = (
     parameter("speed", 5.0, "m/s", "forward speed the drive holds", symbol="v", source="figs. 7 and 8", min=0.5, max=120.0,
@@ -60,12 +61,12 @@ DIMENSIONS = (
               assumed=(0.4, 1.0), min=0.0),
     parameter("springs_per_corner", 1.0, "1", "number of springs and dampers at each of four corners", source=OPEN,
               assumed=(1.0, 2.0), min=0.0),
-    *(parameter(f"primary_stiffness_{axis}", 86700.0, "N/m", f"stiffness of one primary spring along {axis}", source=TABLE,
-                min=0.0, nominal=1e5) for axis in "xyz"),
-    parameter("primary_damping_x", 21000.0, "N.s/m", "damping of one primary damper along x", source=TABLE, min=0.0,
+    *(parameter(f"primary_stiffness_{axis}", PRIMARY_STIFFNESS, "N/m", f"stiffness of one primary spring along {axis}",
+                source=TABLE, min=0.0, nominal=1e5) for axis in "xyz"),
+    parameter("primary_damping_x", PRIMARY_DAMPING, "N.s/m", "damping of one primary damper along x", source=TABLE, min=0.0,
               nominal=1e4),
     parameter("primary_damping_y", 0.0, "N.s/m", "damping of one primary damper along y", source=TABLE, min=0.0, nominal=1e4),
-    parameter("primary_damping_z", 21000.0, "N.s/m", "damping of one primary damper along z", source=TABLE, min=0.0,
+    parameter("primary_damping_z", PRIMARY_DAMPING, "N.s/m", "damping of one primary damper along z", source=TABLE, min=0.0,
               nominal=1e4),
     parameter("drive_gain", 20000.0, "N.s/m", "drive force per lack of speed, half at each axle; the drive also carries the "
               "rolling drag of straight track", source="ours: holds the speed within 0.05 m/s against 1 kN", min=0.0),

@@ -19,7 +19,7 @@ from . import wheel_frame
 from .alignment import Alignment
 from .irregularity import unevenness
 from .lrt import INTERNAL_STEP, with_starts
-from .lrt_parameters import MASSES, WHEEL, rail_and_contact
+from .lrt_parameters import MASSES, PRIMARY_STIFFNESS, WHEEL, rail_and_contact
 from .rotation import column
 from .track_parameters import track_parameters
 from .trim import trim
@@ -41,8 +41,10 @@ ROWS = (
     parameter("wheelset_izz", 800.0, "kg.m2", "yaw inertia of the wheelset", source="of that size",
               assumed=(400.0, 1200.0), min=1.0),
     parameter("axle_load", 34335.0, "N", "weight on the rails, wheelset and car", source="Table 2: half the vehicle", min=1.0),
-    parameter("guide_stiffness_x", 86700.0, "N/m", "longitudinal stiffness at each end", symbol="k_x", source="Table 2", min=0.0),
-    parameter("guide_stiffness_y", 86700.0, "N/m", "lateral stiffness at each end", symbol="k_y", source="Table 2", min=0.0),
+    parameter("guide_stiffness_x", PRIMARY_STIFFNESS, "N/m", "longitudinal stiffness at each end", symbol="k_x",
+              source="Table 2", min=0.0),
+    parameter("guide_stiffness_y", PRIMARY_STIFFNESS, "N/m", "lateral stiffness at each end", symbol="k_y",
+              source="Table 2", min=0.0),
     parameter("guide_damping_x", 0.0, "N.s/m", "longitudinal damping at each end", symbol="c_x", source="textbook case", min=0.0),
     parameter("guide_damping_y", 0.0, "N.s/m", "lateral damping at each end", symbol="c_y", source="textbook case", min=0.0),
     parameter("guide_half_spacing", 0.7, "m", "half the distance of the springs", symbol="l", source="as the full vehicle's",

@@ -5,4 +5,6 @@
 #include "core.c"
 #include "step.c"
 #include "fmi2.c"
+#include "fmi2_exchange.c"
 #include "fmi3.c"
+#include "fmi3_exchange.c"

@@ -1,8 +1,8 @@
 """Figures: each function draws one and returns it; save() writes it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,6 +49,12 @@ def check_format(file: Path) -> None:
     known = FigureCanvasBase.get_supported_filetypes()
     if file.suffix.removeprefix(".").lower() not in known:
         raise ValueError(f"plot file must end in one of {', '.join(sorted('.' + k for k in known))}, got {str(file)!r}")
+
+
+def worth_drawing(trajectory: Trajectory, most: int, rank: Callable[[str], Any]) -> list[str]:
+    """Names of at most `most` signals that change, those of the lowest `rank` first; the first signals where none changes."""
+    moving = [name for name in trajectory.names if trajectory[name].min() < trajectory[name].max()]
+    return sorted(moving, key=rank)[:most] or list(trajectory.names[:most])
 
 
 def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = "") -> "Figure":

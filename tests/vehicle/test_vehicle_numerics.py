@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from joined import Joined
 
 from gyro_cosim.component.do_step import macro_step
-from gyro_cosim.component.joined import Joined
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
 from gyro_cosim.vehicle.lrt import lrt
 from gyro_cosim.vehicle.parameter_sets import parameter_set

@@ -187,17 +187,17 @@ def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
         made = (
             along_track(run.trajectory, vehicles[0], title)
             if vehicles
-            else figures.time_histories(run.trajectory, _worth_drawing(run), title)
+            else figures.time_histories(run.trajectory, _drawn(run), title)
         )
         figures.save(made, plot)
     return [file for file in (output, plot) if file is not None]
 
 
-def _worth_drawing(run: Run) -> list[str]:
-    """Signals that change, at most six: angles and displacements first, then what crosses the wall, then the rest."""
+def _drawn(run: Run) -> list[str]:
+    """Signals that change, at most six: angles and displacements first, then what crosses an interface, then the rest."""
+    from .. import figures
+
     trajectory = run.trajectory
     crossing = {".".join(c.start) for c in run.system.connections}
-    moving = [n for n in trajectory.names if trajectory[n].min() < trajectory[n].max()]
     rank = {"m": 0, "rad": 0}
-    moving.sort(key=lambda n: rank.get(trajectory.unit(n), 1 if n in crossing else 2))
-    return moving[:6] or list(trajectory.names[:6])
+    return figures.worth_drawing(trajectory, 6, lambda name: rank.get(trajectory.unit(name), 1 if name in crossing else 2))

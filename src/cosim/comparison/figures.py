@@ -1,10 +1,10 @@
 """The figure of a comparison of units."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..figures import COLOURS, figure
+from ..figures import COLOURS, figure, worth_drawing
 from .candidates import Candidate, Comparison
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ def comparison(result: Comparison) -> "Figure":
     """Left the signals that move, angles and displacements first, over time; right the frequency response and the energy."""
     made, axes = figure(SIGNALS, 2, (11.0, 8.0))
     candidates = [c for c in result.candidates if c.run is not None]
-    for ax, name in zip(axes[:, 0], _worth_drawing(result), strict=False):
+    for ax, name in zip(axes[:, 0], _drawn(result), strict=False):
         for k, c in enumerate(candidates):
             assert c.run is not None
             trajectory = c.run.trajectory
@@ -39,22 +39,22 @@ def comparison(result: Comparison) -> "Figure":
     return made
 
 
-def _style(k: int) -> dict:
+def _style(k: int) -> dict[str, Any]:
     """The reference is wide and grey, so that what lies on it can be seen."""
     if k == 0:
         return {"color": "0.75", "linewidth": 4.0}
     return {"color": COLOURS[(k - 1) % len(COLOURS)], "linewidth": 1.1, "linestyle": ("-", "--", "-.", ":")[(k - 1) % 4]}
 
 
-def _worth_drawing(result: Comparison) -> list[str]:
+def _drawn(result: Comparison) -> list[str]:
     """Signals of the other components that move, then those of the units."""
     first = result.candidates[0].run
     assert first is not None
     trajectory, members = first.trajectory, result.system.members(result.family)
-    moving = [n for n in trajectory.names if trajectory[n].min() < trajectory[n].max()]
     rank = {"rad": 0, "m": 1}
-    moving.sort(key=lambda n: (n.partition(".")[0] in members, rank.get(trajectory.unit(n), 2)))
-    return moving[:SIGNALS]
+    return worth_drawing(
+        trajectory, SIGNALS, lambda name: (name.partition(".")[0] in members, rank.get(trajectory.unit(name), 2))
+    )
 
 
 def _responses(size: "Axes", phase: "Axes", candidates: list[Candidate]) -> None:

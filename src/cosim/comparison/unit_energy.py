@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.component.units import unit
 from gyro_cosim.component.variables import BALANCE
 
 from ..network import Network
+from ..network.bonds import watts
 from ..trajectory import Trajectory
 
 
@@ -53,8 +53,7 @@ def energies(network: Network, members: Sequence[str], trajectory: Trajectory) -
         power = np.zeros(t.size)
         bonds = [b for b in network.bonds if network.slaves[b.motion_input[0]].name == member]
         for bond in bonds:
-            factor = float(np.prod([unit(network.units[k]).factor for k in (bond.motion, bond.effort) if network.units[k]]))
-            power -= factor * Y[:, bond.motion] * Y[:, bond.effort]
+            power -= watts(bond, network.units) * Y[:, bond.motion] * Y[:, bond.effort]
         if bonds:
             course = integral(t, power)
             exchanged = float(integral(t, np.abs(power))[-1])

@@ -4,8 +4,8 @@ Between communication points each component follows, exactly, x' = A x + B u + f
 where f is the rate there. Under the inputs of Jacobi with degree k, u(s) = U_0 + U_1 s + U_2 s^2 / 2 through the last k + 1
 values, a macro step is
 
-    x_{n+1} = Phi x_n + F + sum_j G_j U_j,   U_j = L sum_i P_ji w_{n-i},   w_n = (delay, compensator) v_n,   v_n = C x_n + D L
-    w_n,
+    x_{n+1} = Phi x_n + F + sum_j G_j U_j,   U_j = L sum_i P_ji w_{n-i},   w_n = (delay, compensator) v_n,
+    v_n = C x_n + D L w_n,
 
 L the wiring, v what components send, w what arrives, a filter of hil/compensation.py on the delayed rows. Together: s_{n+1} =
 M s_n + m with s = (x, old v of the delayed rows, old w), whose eigenvalues decide on stability.
@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from ..network import Network
+from ..network.linearised import exact_step
 from ..slaves.in_process import ComponentSlave
 from ..systems import System, catalogue
 from .compensation import Taps
@@ -41,10 +42,10 @@ class SampledModel:
     units: tuple[str, ...]
     delayed: np.ndarray
 
-    def one_step(self, taps: Taps, degree: int, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """M, m, and with w = W s + o the arriving values, shapes (s, s), (s,), (y, s), (y,); deviations from the start."""
+    def one_step(self, taps: Taps, degree: int, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """M, m, and with w = W s the arriving values, shapes (s, s), (s,), (y, s); deviations from the start."""
         y, n = self.C.shape
-        transition, G, forced = _exact_step(self.A, self.B, self.rate, h)
+        transition, G, forced = exact_step(self.A, self.B, h, self.rate)
         wired = np.flatnonzero(np.abs(self.L).any(axis=0))
         q, r, nb, na = self.delayed.size, wired.size, taps.b.size - 1, taps.a.size
         kept = max(degree, na)  # old w of the wired rows
@@ -79,16 +80,16 @@ class SampledModel:
             M[n + nb * q + r :, n + nb * q : n + nb * q + (kept - 1) * r] = np.eye((kept - 1) * r)
         m = np.zeros(size)
         m[:n] = forced
-        return M, m, W, np.zeros(y)
+        return M, m, W
 
     def radius(self, taps: Taps, degree: int, h: float) -> float:
         """The largest size of an eigenvalue of the macro step; above 1 the run grows."""
-        M, _, _, _ = self.one_step(taps, degree, h)
+        M, _, _ = self.one_step(taps, degree, h)
         return float(np.abs(np.linalg.eigvals(M)).max())
 
     def run(self, taps: Taps, degree: int, h: float, steps: int) -> np.ndarray:
         """All arriving values at 0, h, ..., shape (steps + 1, y), from the start state."""
-        M, m, W, _ = self.one_step(taps, degree, h)
+        M, m, W = self.one_step(taps, degree, h)
         s, rows = np.zeros(m.size), []
         for _ in range(steps + 1):
             rows.append(W @ s)
@@ -130,18 +131,6 @@ def linearise(system: System, family: str) -> SampledModel:
     if not delayed:
         raise ValueError(f"system {system.name!r} must have power bonds with {family!r}")
     return SampledModel(A, B, C, D, L, rate, Y, network.names, network.units, np.array(sorted(set(delayed))))
-
-
-def _exact_step(A: np.ndarray, B: np.ndarray, rate: np.ndarray, h: float) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
-    """e^{Ah}, the integrals of e^{A(h - s)} B s^k / k! for k = 0, 1, 2, and that of e^{A(h - s)} rate."""
-    from scipy.linalg import expm
-
-    n, m = B.shape
-    whole = np.zeros((n + 3 * m + 1,) * 2)
-    whole[:n, :n], whole[:n, n : n + m], whole[:n, -1] = A, B, rate
-    whole[n : n + 2 * m, n + m : n + 3 * m] = np.eye(2 * m)
-    end = expm(whole * h)
-    return end[:n, :n], [end[:n, n + k * m : n + (k + 1) * m] for k in range(3)], end[:n, -1]
 
 
 def _derivatives(degree: int, h: float) -> np.ndarray:

@@ -15,11 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyro_cosim.component.units import unit
-
 from ..kernel.energy import Bonds, Sums
 from ..network import Network
-from ..network.bonds import Bond
+from ..network.bonds import watts
 
 UNTRUSTED = 0.01  # share of a bond's energy
 NEGLIGIBLE = 1e-6, 1e-12  # share of the energy of the largest bond, and J: at rest only rounding is exchanged
@@ -93,7 +91,7 @@ class EnergyMeter:
             signals=np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=np.int64),
             inverse=np.array([1.0 / scale for scale, _ in conversions]),
             offset=np.array([offset for _, offset in conversions]),
-            factor=np.array([_factor(network, b) for b in network.bonds]),
+            factor=np.array([watts(b, network.units) for b in network.bonds]),
         )
 
     def begin(self, Y: np.ndarray) -> EnergySums:
@@ -172,15 +170,6 @@ def residual_power(network: Network, Y: np.ndarray, used: list[np.ndarray], h: f
             scale, offset = next((a, c) for _, place, a, c in network.wires(i) if place == j)
             U = used[i][:, j]
             taken.append((U[0] + h * (U[1] + h * U[2] / 2) - offset) / scale)
-        w, M, factor = Y[bond.motion], Y[bond.effort], _factor(network, bond)
+        w, M, factor = Y[bond.motion], Y[bond.effort], watts(bond, network.units)
         residual[row], power[row] = abs((taken[1] * w - M * taken[0]) * factor), abs(M * w * factor)
     return residual, power
-
-
-def _factor(network: Network, bond: Bond) -> float:
-    """From the product of the signals' units to W."""
-    factor = 1.0
-    for k in (bond.motion, bond.effort):
-        if network.units[k]:
-            factor *= unit(network.units[k]).factor
-    return factor

@@ -51,6 +51,15 @@ def bonds(
     return tuple(found)
 
 
+def watts(bond: Bond, units: Sequence[str]) -> float:
+    """The factor from the product of the bond's two signals, in their own units, to W; a signal without a unit counts as SI."""
+    factor = 1.0
+    for k in (bond.motion, bond.effort):
+        if units[k]:
+            factor *= unit(units[k]).factor
+    return factor
+
+
 def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]:
     """Bonds between two components that are joined by just one connection each way whose units multiply to a power."""
     found = []

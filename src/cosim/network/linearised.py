@@ -20,6 +20,43 @@ from ..slaves.base import Linearisable, Restorable, Slave, StateSpace, linearisa
 from .network import Network
 
 
+def exact_step(
+    A: np.ndarray, B: np.ndarray, h: float, rate: np.ndarray | None = None
+) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+    """The exact step of x' = A x + B u + rate over `h`, with u a polynomial of degree 2, from one matrix exponential.
+
+    Parameters
+    ----------
+    A, B
+        Shapes (n, n) and (n, m).
+    h
+        Length of the step, s.
+    rate
+        The constant part of x', shape (n,); zero where None.
+
+    Returns
+    -------
+    transition, G, forced
+        e^{Ah}, shape (n, n); the integrals of e^{A(h - s)} B s^k / k! for k = 0, 1, 2, each of shape (n, m); and that of
+        e^{A(h - s)} rate, shape (n,).
+
+    References
+    ----------
+    Van Loan, Computing integrals involving the matrix exponential, IEEE Trans. Automatic Control 23 (1978).
+    """
+    from scipy.linalg import expm
+
+    n, m = B.shape
+    whole = np.zeros((n + 3 * m + (rate is not None),) * 2)
+    whole[:n, :n], whole[:n, n : n + m] = A, B
+    whole[n : n + 2 * m, n + m : n + 3 * m] = np.eye(2 * m)
+    if rate is not None:
+        whole[:n, -1] = rate
+    end = expm(whole * h)
+    forced = end[:n, -1] if rate is not None else np.zeros(n)
+    return end[:n, :n], [end[:n, n + k * m : n + (k + 1) * m] for k in range(3)], forced
+
+
 class LinearSlave(Restorable, Linearisable):
     """A slave's linearisation in its place: same name, signals and abilities, values are deviations."""
 
@@ -47,15 +84,8 @@ class LinearSlave(Restorable, Linearisable):
 
     def _over(self, h: float) -> tuple[np.ndarray, list[np.ndarray]]:
         """e^{Ah} and G_0, G_1, G_2, kept for the lengths seen."""
-        from scipy.linalg import expm
-
         if h not in self._steps:
-            n, m = self.space.B.shape
-            whole = np.zeros((n + 3 * m, n + 3 * m))
-            whole[:n, :n], whole[:n, n : n + m] = self.space.A, self.space.B
-            whole[n : n + 2 * m, n + m :] = np.eye(2 * m)
-            end = expm(whole * h)
-            self._steps[h] = end[:n, :n], [end[:n, n + k * m : n + (k + 1) * m] for k in range(3)]
+            self._steps[h] = exact_step(self.space.A, self.space.B, h)[:2]
         return self._steps[h]
 
     def save(self) -> Any:

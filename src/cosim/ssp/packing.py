@@ -4,10 +4,6 @@ SSP 1.0 knows no arrays and no FMI 3.0 types: elements of arrays become connecto
 SSP 1.0. Nested systems stay flat, as the master sees them.
 """
 
-import io
-import os
-import tempfile
-import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +11,7 @@ from typing import Any
 from lxml import etree
 
 from gyro_cosim.component.units import BASE, Unit
+from gyro_cosim.component.zip_files import write_zip
 
 from ..errors import unknown
 from ..network.wiring import transfer
@@ -29,7 +26,6 @@ _TYPES = {
     "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",
     "binary": "Binary",
 }  # fmt: skip
-_DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def pack(system: System, file: Path) -> Path:
@@ -49,7 +45,7 @@ def pack(system: System, file: Path) -> Path:
             values[sets[part.name]] = _bytes(found)
     members = {"SystemStructure.ssd": _bytes(_structure(system, faces, places, units, enumerations, sets)), **values}
     members |= {places[source]: archive.read(location) for source, location in fmus.items()}
-    _save(file, members)
+    write_zip(file, members, stored=[".fmu"])
     return file
 
 
@@ -230,23 +226,3 @@ def _parameter(parent: etree._Element, name: str, signal: Signal, value: Value, 
 
 def _bytes(root: etree._Element) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-
-
-def _save(file: Path, members: Mapping[str, bytes]) -> None:
-    """Write a zip whose bytes depend on its members only, first beside its place, then in it."""
-    data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as target:
-        for name, content in members.items():
-            info = zipfile.ZipInfo(name, date_time=_DATE)
-            info.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
-            info.create_system, info.external_attr = 3, 0o644 << 16
-            target.writestr(info, content)
-    handle, beside = tempfile.mkstemp(prefix=f".{file.name}.", dir=file.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data.getvalue())
-        Path(beside).chmod(0o644)
-        Path(beside).replace(file)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise

@@ -1,10 +1,11 @@
-"""A carrier with units on its mounts, joined into one system without any coupling: for studies and as a reference.
+"""A vehicle with gyro units on its mounts, joined into one system without any coupling: for tests and benchmarks.
 
     x' = f(x, p),   y = g(x, p)
 
-Each unit is joined to the carrier's connector of the name it is given: for every bond of the carrier there, the carrier's
-motion becomes the unit's input and the unit's effort the carrier's, by axis. Names of a unit's variables are "connector.name";
-"unit.name" addresses all of them at once. The units' outputs must depend on the carrier's states alone among its signals.
+Each gyro unit is joined to the vehicle's connector of the name it is given: for every bond of the vehicle there, the vehicle's
+motion becomes the gyro unit's input, and the gyro unit's effort the vehicle's, by axis. Names of a gyro unit's variables are
+"connector.name"; "unit.name" addresses all of them at once. The gyro units' outputs must depend, of the vehicle's signals, on
+its states alone. gyro_cosim.accuracy.monolith joins any system of the catalogue; here any components run in equal steps.
 """
 
 from collections.abc import Mapping
@@ -13,8 +14,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from .integration import step_function
-from .model import Component
+from gyro_cosim.component import Component
+from gyro_cosim.component.integration import step_function
 
 
 @dataclass(frozen=True)
@@ -33,24 +34,24 @@ class Run:
 class Joined:
     """See the module's docstring. `state_names`, `parameter_names`, `output_names` are the rows of x, p, y.
 
-    cut : whether steps are cut where the carrier says how long one may be.
+    cut : whether steps are cut where the vehicle says how long one may be.
     """
 
-    def __init__(self, carrier: Component, units: Mapping[str, Component] | None = None, *, cut: bool = True) -> None:
-        x, p = ca.SX.sym("x", len(carrier.states)), ca.SX.sym("p", len(carrier.parameters))
-        rows = {v.name: i for i, v in enumerate(carrier.outputs)}
-        inputs = [v.name for v in carrier.inputs]
-        motions = carrier.output(x, ca.SX.zeros(len(inputs)), p)
-        u = ca.SX(carrier.start_input)
+    def __init__(self, vehicle: Component, units: Mapping[str, Component] | None = None, *, cut: bool = True) -> None:
+        x, p = ca.SX.sym("x", len(vehicle.states)), ca.SX.sym("p", len(vehicle.parameters))
+        rows = {v.name: i for i, v in enumerate(vehicle.outputs)}
+        inputs = [v.name for v in vehicle.inputs]
+        motions = vehicle.output(x, ca.SX.zeros(len(inputs)), p)
+        u = ca.SX(vehicle.start_input)
         xs, ps, rates, outputs = [x], [p], [], []
-        self.state_names = [v.name for v in carrier.states]
-        self.parameter_names = [v.name for v in carrier.parameters]
-        self.output_names = [v.name for v in carrier.outputs]
-        starts, values = [carrier.start_state], [carrier.start_parameters]
+        self.state_names = [v.name for v in vehicle.states]
+        self.parameter_names = [v.name for v in vehicle.parameters]
+        self.output_names = [v.name for v in vehicle.outputs]
+        starts, values = [vehicle.start_state], [vehicle.start_parameters]
         for connector, unit in (units or {}).items():
-            bonds = {bond.axis: bond for bond in carrier.bonds if bond.connector == connector}
+            bonds = {bond.axis: bond for bond in vehicle.bonds if bond.connector == connector}
             if not bonds:
-                raise ValueError(f"component {carrier.spec!r} has no connector {connector!r}")
+                raise ValueError(f"component {vehicle.spec!r} has no connector {connector!r}")
             x_u, p_u = ca.SX.sym("x_u", len(unit.states)), ca.SX.sym("p_u", len(unit.parameters))
             u_u = ca.SX(unit.start_input)
             unit_inputs, unit_outputs = [v.name for v in unit.inputs], [v.name for v in unit.outputs]
@@ -71,14 +72,14 @@ class Joined:
             starts.append(unit.start_state)
             values.append(unit.start_parameters)
         X, P, no_input = ca.vertcat(*xs), ca.vertcat(*ps), ca.SX.sym("u", 0)
-        self.f = ca.Function("f", [X, P], [ca.cse(ca.vertcat(carrier.rhs(x, u, p), *rates))])
-        self.g = ca.Function("g", [X, P], [ca.cse(ca.vertcat(carrier.output(x, u, p), *outputs))])
+        self.f = ca.Function("f", [X, P], [ca.cse(ca.vertcat(vehicle.rhs(x, u, p), *rates))])
+        self.g = ca.Function("g", [X, P], [ca.cse(ca.vertcat(vehicle.output(x, u, p), *outputs))])
         self.x0, self.p0 = np.concatenate(starts), np.concatenate(values)
         limit = None
-        if cut and carrier.longest_step is not None:
-            limit = ca.Function("longest_step", [X, no_input, P], [carrier.longest_step(x, u, p)])
-        self.step = step_function(ca.Function("rhs", [X, no_input, P], [self.f(X, P)]), carrier.method, limit)
-        self.internal_step = carrier.internal_step
+        if cut and vehicle.longest_step is not None:
+            limit = ca.Function("longest_step", [X, no_input, P], [vehicle.longest_step(x, u, p)])
+        self.step = step_function(ca.Function("rhs", [X, no_input, P], [self.f(X, P)]), vehicle.method, limit)
+        self.internal_step = vehicle.internal_step
         self._connectors = tuple(units or {})
         self._loops: dict[int, ca.Function] = {}
 
@@ -104,7 +105,7 @@ class Joined:
         self, stop: float, p: np.ndarray, x: np.ndarray | None = None, *, h: float | None = None, every: int = 20,
         until: str | None = None,
     ) -> Run:  # fmt: skip
-        """Equal steps of `h` (s, the carrier's internal step where None) to `stop` (s), outputs at every `every`-th.
+        """Equal steps of `h` (s, the vehicle's internal step where None) to `stop` (s), outputs at every `every`-th.
 
         Ends early at the first output where the output `until` is above 0, or a state is not finite.
         """
