@@ -5,10 +5,25 @@ from collections.abc import Callable, Sequence
 import casadi as ca
 import numpy as np
 
+__all__ = ["bound"]
+
 
 def bound(function: ca.Function, arguments: Sequence[np.ndarray], result: np.ndarray) -> Callable[[], None]:
-    """A call that reads these very arrays and writes this one; matrices are held column by column, so a matrix argument
-    of shape (a, b) is an array of shape (b, a). `result` may be one of the arguments. Every call has its own memory.
+    """Bind a function to arrays that it reads and writes whenever it is called.
+
+    Parameters
+    ----------
+    function : casadi.Function
+        With one result.
+    arguments : sequence of arrays
+        Read at each call. Matrices are held column by column: a matrix of shape (a, b) is an array of shape (b, a).
+    result : array
+        Written at each call. May be one of the arguments.
+
+    Returns
+    -------
+    callable
+        Without arguments. It has memory of its own, so several may be bound to one function.
     """
     buffer, trigger = function.buffer()
     scratch = np.zeros_like(result)

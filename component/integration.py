@@ -20,11 +20,16 @@ import numpy as np
 
 from .methods import METHODS as METHODS
 
+__all__ = [
+    "INPUT_DEGREE", "METHODS", "ErrorControl", "InternalStep", "Progress", "StepError", "advance", "easy_fraction",
+    "first_sample", "input_at", "pieces", "step_function", "substeps",
+]  # fmt: skip
+
 INPUT_DEGREE = 2  # highest degree of the input polynomial
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
 SMALL_MODEL = 1000  # instructions of rhs up to which an explicit step is one straight run of them
 EXPLICIT = ("rk4",)
-CUTS = 5  # an internal step is cut into 1, 2, 4, 8 or 16 equal parts where a component says how long a step may be
+CUTS = 5  # an internal step is cut into 1, 2, 4, 8 or 16 equal steps where a component says how long one may be
 SAME_TIME = 1e-9  # fraction of the sample period within which two instants are one
 
 
@@ -36,8 +41,12 @@ class StepError(ArithmeticError):
 class Progress:
     """What the integration carries from one macro step to the next, besides x.
 
-    samples : index of the next sample instant.
-    step : length (s) to try first under error control.
+    Attributes
+    ----------
+    samples : int
+        Index of the next sample instant.
+    step : float
+        Length (s) to try first under error control.
     """
 
     samples: int = 0
@@ -45,9 +54,21 @@ class Progress:
 
 
 def step_function(rhs: ca.Function, method: str, longest_step: ca.Function | None = None) -> ca.Function:
-    """The function `step` of the module's docstring for `rhs(x, u, p)`; `method` is a key of METHODS.
+    """Make the function `step` of the module's docstring.
 
-    `longest_step(x, u, p)` in s: a longer internal step is cut into the least power of 2, up to 16, of equal parts within it.
+    Parameters
+    ----------
+    rhs : casadi.Function
+        (x, u, p) -> x', shapes (n_x,), (n_u,), (n_p,) -> (n_x,).
+    method : str
+        A key of METHODS.
+    longest_step : casadi.Function, optional
+        (x, u, p) -> s. A longer internal step is cut into the least power of 2, up to 16, of equal steps within it.
+
+    Returns
+    -------
+    casadi.Function
+        (x, U, p, tau, h) -> x_next, shapes (n_x,), (n_u, 3), (n_p,), (), () -> (n_x,).
     """
     whole = _whole_step(rhs, method)
     if longest_step is None:
@@ -116,7 +137,8 @@ def first_sample(period: float | None, t: float) -> int:
 def pieces(t: float, h: float, period: float | None, samples: int) -> Iterator[tuple[float, float, int]]:
     """The macro step from t to t + h (s), cut at sample instants: (offset, length, number of samples before it).
 
-    A sample stands at the start of the piece that begins at its instant; one at the end of the macro step is the next one's.
+    A sample stands at the start of the piece that begins at its instant; one at the end of the macro step belongs to the next.
+    `period` (s) is None without samples, `samples` the index of the next one.
     """
     if period is None:
         yield 0.0, h, 0
@@ -136,12 +158,37 @@ def advance(
     one: "InternalStep", x: np.ndarray, tau: float, length: float, *, internal_step: float,
     control: "ErrorControl | None" = None, first: float = math.inf,
 ) -> tuple[np.ndarray, float]:  # fmt: skip
-    """x after `length` (s) from offset `tau` of the macro step, and the length to try first next time.
+    """Integrate over a piece of a macro step.
 
-    one(x, tau, h) returns x after an internal step and leaves its argument alone. Without `control`: equal internal steps.
-    With it: internal steps are length / 2^level, and each is compared with two of half its length, which are kept; the
-    level rises where they differ by more than allowed and falls where it could. `internal_step` is then the first length
-    tried after the start. StepError where no finite state or not the accuracy is reached.
+    Without error control the internal steps are equal. With it they are length / 2^level, and each is compared with two of half
+    its length, which are kept; the level rises where they differ by more than allowed and falls where it could.
+
+    Parameters
+    ----------
+    one : callable
+        one(x, tau, h) returns x after an internal step, shape (n_x,), and leaves its argument alone.
+    x : array, shape (n_x,)
+        States at the start of the piece.
+    tau, length : float
+        Where in the macro step the piece starts, and how long it is (s).
+    internal_step : float
+        Longest internal step (s); with error control the first length tried after the start of the run.
+    control : ErrorControl, optional
+        What decides on the internal steps.
+    first : float
+        Length (s) to try first: what the call before returned; infinite at the start of the run.
+
+    Returns
+    -------
+    x : array, shape (n_x,)
+        States at the end of the piece.
+    first : float
+        Length (s) to try first next time.
+
+    Raises
+    ------
+    StepError
+        If no finite state is reached, or the tolerance cannot be met.
     """
     if control is None:
         n = substeps(length, internal_step)
@@ -180,7 +227,17 @@ InternalStep = Callable[[np.ndarray, float, float], np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class ErrorControl:
-    """What decides whether an internal step is good: the method's order, a relative tolerance, nominal sizes (n_x,)."""
+    """What decides whether an internal step is good.
+
+    Attributes
+    ----------
+    order : int
+        The method's order of accuracy.
+    tolerance : float
+        Relative error of an internal step.
+    nominal : array, shape (n_x,)
+        Usual sizes of the states: an error counts relative to nominal plus actual size.
+    """
 
     order: int
     tolerance: float

@@ -13,6 +13,8 @@ from typing import Any
 
 import casadi as ca
 
+__all__ = ["METHODS", "Method", "Problem"]
+
 Problem = dict[str, Any]
 
 RESIDUAL = 1e-9  # of the stage equations, relative to the size of the right-hand side; beyond it the step has failed
@@ -20,7 +22,15 @@ RESIDUAL = 1e-9  # of the stage equations, relative to the size of the right-han
 
 @dataclass(frozen=True)
 class Method:
-    """A method whose error over one step of length h is of the size h^(order + 1)."""
+    """A method of integration.
+
+    Attributes
+    ----------
+    order : int
+        The error over one step of length h is of the size h^(order + 1).
+    step : callable
+        Gets a problem, returns the function (x, q) -> x at s = 1, shapes (n_x,), (n_q,) -> (n_x,); see the module's docstring.
+    """
 
     order: int
     step: Callable[[Problem], ca.Function]
@@ -36,8 +46,12 @@ def runge_kutta_4(problem: Problem) -> ca.Function:
 def rosenbrock_3(problem: Problem) -> ca.Function:
     """RODAS3: linearly implicit, four stages, order 3, L-stable and stiffly accurate; one linear system per stage.
 
-    Hairer, Wanner: Solving ODEs II, IV.7; coefficients: Sandu et al. 1997, Atmospheric Environment 31, p. 3459.
     With J = d ode/dx and g = 1/2:  (I/g - J) k_i = ode(x + sum a_ij k_j, c_i) + sum b_ij k_j + d_i d ode/ds,  x + sum m_i k_i.
+
+    References
+    ----------
+    Hairer, Wanner: Solving Ordinary Differential Equations II, section IV.7.
+    Sandu et al. 1997, Atmospheric Environment 31, p. 3459 (coefficients).
     """
     x, s, q, ode = (problem[key] for key in ("x", "t", "p", "ode"))
     n = x.numel()
@@ -58,8 +72,12 @@ def rosenbrock_3(problem: Problem) -> ca.Function:
 def radau_3(problem: Problem) -> ca.Function:
     """Radau IIA with two stages: implicit, order 3, L-stable; Newton iterations on both stages together.
 
-    Stages k_1, k_2 at s = 1/3 and 1; the last stage is the step's end. Hairer, Wanner: Solving ODEs II, IV.5, table 5.5.
-    The unknowns are scaled by the size of the right-hand side, so that the tolerances are relative.
+    Stages k_1, k_2 at s = 1/3 and 1; the last stage is the step's end. The unknowns are scaled by the size of the right-hand
+    side, so that the tolerances are relative. A Newton iteration that does not converge gives NaN.
+
+    References
+    ----------
+    Hairer, Wanner: Solving Ordinary Differential Equations II, section IV.5, table 5.5.
     """
     x, s, q, ode = (problem[key] for key in ("x", "t", "p", "ode"))
     n = x.numel()

@@ -8,10 +8,9 @@ x, u, y and p are columns in the order of the rows of the table that are state, 
 state and output at once: its output is the state itself. All numbers are SI.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -19,12 +18,21 @@ import numpy as np
 from .integration import METHODS, step_function
 from .variables import Variable, parameter
 
+__all__ = ["Bond", "Component"]
+
 
 @dataclass(frozen=True)
 class Bond:
-    """A power bond of a component: `motion` crosses the wall one way, `effort` the other, about or along the same axis.
+    """A power bond of a component: two signals, one each way, whose product is a power.
 
-    The product of the two is a power. `axis` names it ("yaw"), `connector` the mount it belongs to.
+    Attributes
+    ----------
+    connector : str
+        The mount that the bond belongs to, such as "mount" or "front".
+    axis : str
+        The axis about or along which both act, such as "yaw".
+    motion, effort : str
+        Names of an input and an output, in either order: a rate or velocity, and the moment or force about the same axis.
     """
 
     connector: str
@@ -35,12 +43,40 @@ class Bond:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Component:
-    """See the module's docstring. `internal_step` (s) bounds the steps of the component's own integrator.
+    """A model that becomes an FMU or runs in this process: one value, complete when it is made. Made by `build`.
 
-    name, variant : "gyro_unit", "nonlinear"; together `spec` "gyro_unit:nonlinear".
-    equations : the equations as plain text, for the documentation inside the FMU.
-    method : a key of `component.integration.METHODS`.
-    longest_step : (x, u, p) -> length (s) up to which an explicit step is stable, where it depends on the parameters.
+    Attributes
+    ----------
+    name, variant : str
+        Such as "gyro_unit" and "nonlinear"; together `spec`, "gyro_unit:nonlinear".
+    description : str
+        One line on what the component is.
+    equations : str
+        The equations as plain text, for the documentation inside the FMU.
+    variables : tuple of Variable
+        The table. Its rows fix the order of x, u, y and p.
+    rhs : casadi.Function
+        (x, u, p) -> x', shapes (n_x,), (n_u,), (n_p,) -> (n_x,), SI.
+    output : casadi.Function
+        (x, u, p) -> y, shape (n_y,). An output that is a state is that state.
+    internal_step : float
+        Longest step (s) of the component's own integrator.
+    method : str
+        A key of `component.methods.METHODS`.
+    bonds : tuple of Bond
+        The power bonds of its connectors.
+    sample, sample_period : casadi.Function and float, or None
+        (x, u, p) -> x after a sample, shape (n_x,), and the time (s) between samples. Both or neither.
+    longest_step : casadi.Function, or None
+        (x, u, p) -> length (s) up to which an explicit step is stable, where it depends on the parameters.
+    step : casadi.Function
+        (x, U, p, tau, h) -> x after one internal step, shape (n_x,); see `component.integration`. Computed.
+
+    Raises
+    ------
+    ValueError
+        If table and functions do not agree, or a derivative or output is not finite at the start values. The message names
+        component, rule and value.
     """
 
     name: str
@@ -61,7 +97,7 @@ class Component:
     def __post_init__(self) -> None:
         """Check that table and functions agree; ValueError names component, variable and rule."""
         where = f"component {self.spec!r}"
-        _check_names(where, self.variables)
+        check_names(where, self.variables)
         if not (np.isfinite(self.internal_step) and self.internal_step > 0.0):
             raise ValueError(f"{where}: internal_step must be positive, got {self.internal_step!r}")
         if self.method not in METHODS:
@@ -70,14 +106,14 @@ class Component:
             raise ValueError(f"{where}: sample and sample_period must be given together")
         if self.sample_period is not None and not self.sample_period > 0.0:
             raise ValueError(f"{where}: sample_period must be positive, got {self.sample_period!r}")
-        n_x, n_u, n_p, n_y = (len(part) for part in (self.states, self.inputs, self.parameters, self.outputs))
+        n_x, n_u, n_p, n_y = (len(rows) for rows in (self.states, self.inputs, self.parameters, self.outputs))
         wanted = {"rhs": (self.rhs, n_x, "states"), "output": (self.output, n_y, "outputs")}
         if self.sample is not None:
             wanted["sample"] = (self.sample, n_x, "states")
         for label, (function, rows, of) in wanted.items():
-            for index, (size, part) in enumerate(((n_x, "states"), (n_u, "inputs"), (n_p, "parameters"))):
+            for index, (size, what) in enumerate(((n_x, "states"), (n_u, "inputs"), (n_p, "parameters"))):
                 if function.n_in() != 3 or function.size1_in(index) != size or function.size2_in(index) not in (0, 1):
-                    raise ValueError(f"{where}: {label} must take (x, u, p) with {size} {part} as argument {index + 1}")
+                    raise ValueError(f"{where}: {label} must take (x, u, p) with {size} {what} as argument {index + 1}")
             if function.n_out() != 1 or function.size1_out(0) != rows:
                 raise ValueError(f"{where}: {label} must return one column of {rows} {of}, got {function.size1_out(0)} rows")
         known = {v.name: v.causality for v in self.variables}
@@ -96,7 +132,7 @@ class Component:
         object.__setattr__(self, "step", step_function(self.rhs, self.method, self.longest_step))
 
     def _check_output_states(self, x: np.ndarray, u: np.ndarray, p: np.ndarray) -> None:
-        """A row that is state and output must come out of `output` unchanged: tried at one uneven state."""
+        """Refuse an `output` that changes a row that is state and output: tried at one uneven state."""
         uneven = x + 0.01 * (1.0 + np.arange(x.size))
         y = np.array(self.output(uneven, u, p)).ravel()
         for row, index in self.output_states.items():
@@ -168,69 +204,9 @@ class Component:
         return np.array(ca.DM(self.output.jac_sparsity(0, 1), 1.0).full() != 0.0).reshape(len(self.outputs), len(self.inputs))
 
 
-def _check_names(where: str, variables: Sequence[Variable]) -> None:
+def check_names(where: str, variables: Sequence[Variable]) -> None:
     """Refuse a name that stands twice."""
     names = [v.name for v in variables]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"{where}: variable names must differ, got {name!r} twice")
-
-
-def build(
-    *,
-    name: str,
-    variant: str,
-    description: str,
-    equations: str,
-    variables: Sequence[Variable],
-    model: Callable[[dict[str, ca.SX]], tuple[dict[str, Any], dict[str, Any]]],
-    internal_step: float,
-    method: str = "rk4",
-    bonds: Sequence[Bond] = (),
-    sample: Callable[[dict[str, ca.SX]], dict[str, Any]] | None = None,
-    sample_period: float | None = None,
-    longest_step: Callable[[dict[str, ca.SX]], Any] | None = None,
-) -> Component:
-    """Make a component from `model`, which maps symbols by variable name to (state derivatives, outputs) by name.
-
-    Outputs that are states need not be returned, nor derivatives of discrete states (they are 0). `sample` maps the symbols
-    to the states that the sampled part changes, `longest_step` to the value of the field of that name. ValueError if a name
-    is missing or not in the table.
-    """
-    _check_names(f"component '{name}:{variant}'", variables)
-    symbols = {v.name: ca.SX.sym(v.name) for v in variables if v.is_state or v.causality in ("input", "parameter")}
-    derivatives, outputs = model(symbols)
-    states = [v.name for v in variables if v.is_state]
-    computed = [v.name for v in variables if v.causality == "output"]
-    outputs = {n: symbols[n] for n in computed if n in states} | outputs
-    derivatives = {v.name: 0 for v in variables if v.is_state and v.variability == "discrete"} | derivatives
-    sampled = sample(symbols) if sample is not None else {}
-    for changed in sampled:
-        if changed not in states:
-            raise ValueError(f"component '{name}:{variant}': sample must give states, got {changed!r}")
-    for what, got, wanted in (("derivatives", derivatives, states), ("outputs", outputs, computed)):
-        if set(got) != set(wanted):
-            odd = ", ".join(sorted(set(got) ^ set(wanted)))
-            raise ValueError(
-                f"component '{name}:{variant}': {what} must be given for exactly the rows of the table, differs in {odd}"
-            )
-
-    def column(kind: Callable[[Variable], bool]) -> ca.SX:
-        return ca.vertcat(ca.SX(0, 1), *(symbols[v.name] for v in variables if kind(v)))
-
-    args = [
-        column(lambda v: v.is_state),
-        column(lambda v: v.causality == "input"),
-        column(lambda v: v.causality == "parameter"),
-    ]
-    labels = ["x", "u", "p"]
-    return Component(
-        name=name, variant=variant, description=description, equations=equations, variables=tuple(variables),
-        rhs=ca.Function("rhs", args, [ca.vertcat(ca.SX(0, 1), *(derivatives[n] for n in states))], labels, ["x_dot"]),
-        output=ca.Function("output", args, [ca.vertcat(ca.SX(0, 1), *(outputs[n] for n in computed))], labels, ["y"]),
-        internal_step=internal_step, method=method, bonds=tuple(bonds), sample_period=sample_period,
-        sample=None if sample is None else ca.Function(
-            "sample", args, [ca.vertcat(ca.SX(0, 1), *(sampled.get(n, symbols[n]) for n in states))], labels, ["x_next"]
-        ),
-        longest_step=None if longest_step is None else ca.Function("longest_step", args, [longest_step(symbols)], labels, ["h"]),
-    )  # fmt: skip

@@ -10,12 +10,24 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
+__all__ = ["BASE", "Unit", "compatible", "convert", "power_pair", "quantity", "unit"]
+
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")  # the base units of FMI 2.0 and 3.0, in their order
 
 
 @dataclass(frozen=True)
 class Unit:
-    """`name` = `factor` times the product of the SI base units with exponents `dimension` (order of `BASE`), + `offset`."""
+    """A unit of measure: x in it is `factor` x + `offset` in the SI unit of its dimension.
+
+    Attributes
+    ----------
+    name : str
+        As FMI writes it.
+    factor, offset : float
+        What makes SI of a number.
+    dimension : tuple of int
+        Exponents of the SI base units, in the order of `BASE`.
+    """
 
     name: str
     factor: float
@@ -77,7 +89,28 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|
 
 @lru_cache(maxsize=1024)
 def unit(name: str) -> Unit:
-    """The unit called `name`; ValueError if a part of it is unknown or it cannot be read."""
+    """Read the name of a unit.
+
+    Parameters
+    ----------
+    name : str
+        Such as "N.m.s/rad", "rpm" or "1".
+
+    Returns
+    -------
+    Unit
+        Its factor and dimension.
+
+    Raises
+    ------
+    ValueError
+        If an atom is unknown, has an offset inside a product, or there is more than one "/".
+
+    Examples
+    --------
+    >>> unit("kN.m").factor
+    1000.0
+    """
     if name in _ATOMS:
         factor, offset, dimension = _ATOMS[name]
         return Unit(name, factor, dimension, offset)
@@ -97,12 +130,46 @@ def unit(name: str) -> Unit:
 
 
 def compatible(a: str, b: str) -> bool:
-    """Whether a number in unit `a` can be expressed in unit `b`. Angles are kept apart from pure numbers."""
+    """Tell whether a number in unit `a` can be expressed in unit `b`.
+
+    Parameters
+    ----------
+    a, b : str
+        Names of units.
+
+    Returns
+    -------
+    bool
+        Whether their dimensions are the same. Angles are kept apart from pure numbers.
+
+    Raises
+    ------
+    ValueError
+        If one of them is unknown.
+    """
     return unit(a).dimension == unit(b).dimension
 
 
 def convert(value: float, source: str, target: str) -> float:
-    """`value` in unit `source`, expressed in unit `target`."""
+    """Express a number in another unit.
+
+    Parameters
+    ----------
+    value : float
+        In `source`.
+    source, target : str
+        Names of units.
+
+    Returns
+    -------
+    float
+        The same quantity in `target`; `value` itself, to the last bit, where both units are the same.
+
+    Raises
+    ------
+    ValueError
+        If a unit is unknown or the dimensions differ.
+    """
     a, b = unit(source), unit(target)
     if a.dimension != b.dimension:
         raise ValueError(f"unit {source!r} cannot be expressed in {target!r}")
@@ -110,7 +177,30 @@ def convert(value: float, source: str, target: str) -> float:
 
 
 def quantity(text: str, target: str) -> float:
-    """The number in `text` ("200rpm", "1 ms", "0.3"), expressed in unit `target`; a bare number is in `target` already."""
+    """Read a number with a unit, or without.
+
+    Parameters
+    ----------
+    text : str
+        Such as "200rpm", "1 ms" or "0.3"; a bare number is in `target` already.
+    target : str
+        Name of the unit of the result.
+
+    Returns
+    -------
+    float
+        The number in `target`.
+
+    Raises
+    ------
+    ValueError
+        If it is no number, or its unit is unknown or of another dimension.
+
+    Examples
+    --------
+    >>> quantity("36 kmh", "m/s")
+    10.0
+    """
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise ValueError(f"must be a number, perhaps with a unit, got {text!r}")
@@ -118,6 +208,22 @@ def quantity(text: str, target: str) -> float:
 
 
 def power_pair(a: str, b: str) -> bool:
-    """Whether a motion in unit `a` times an effort in unit `b`, or the reverse, is a power (angles count as pure numbers)."""
+    """Tell whether two signals multiply to a power.
+
+    Parameters
+    ----------
+    a, b : str
+        Units of a motion and an effort, in either order.
+
+    Returns
+    -------
+    bool
+        Whether the product is in W times a number; angles count as pure numbers here.
+
+    Raises
+    ------
+    ValueError
+        If one of them is unknown.
+    """
     watt = unit("W").dimension[:-1]
     return tuple(i + j for i, j in zip(unit(a).dimension, unit(b).dimension, strict=True))[:-1] == watt

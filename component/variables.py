@@ -7,6 +7,8 @@ from typing import Literal
 
 from .units import compatible, unit
 
+__all__ = ["BALANCE", "Causality", "Variability", "Variable", "input_", "output", "parameter", "state"]
+
 Causality = Literal["parameter", "input", "output", "local"]
 Variability = Literal["fixed", "tunable", "discrete", "continuous"]
 
@@ -18,12 +20,37 @@ BALANCE = ("stored_energy", "dissipated_power", "motor_power")
 
 @dataclass(frozen=True, kw_only=True)
 class Variable:
-    """A named scalar signal, state or parameter; numbers in `unit`, which is SI.
+    """A named scalar signal, state or parameter. Made by `parameter`, `input_`, `output` and `state`.
 
-    symbol : what the source calls it (inside physics the code does too).
-    source : where a parameter's value comes from, e.g. "Table 1"; empty for signals.
-    assumed : range (low, high) of a value that the source leaves open; None where the source states it.
-    is_state : the variable is an element of x; a state may be an output as well.
+    Attributes
+    ----------
+    name : str
+        A C identifier, perhaps with an index: "yaw_rate", "record[3]".
+    causality, variability : str
+        As FMI defines them.
+    unit : str
+        An SI unit as FMI writes it, such as "N.m.s/rad"; "1" for a pure number. All numbers below are in it.
+    start : float
+        The value at the start.
+    meaning : str
+        What it is, in a few words.
+    symbol : str
+        What the source calls it; inside physics the code does too.
+    source : str
+        Where a parameter's value comes from, such as "Table 1"; empty for signals.
+    assumed : tuple of two floats, optional
+        Range of a value that is not given in the source; None where the source states the value.
+    min, max, nominal : float, optional
+        Bounds, and the size that is usual.
+    display_unit : str, optional
+        The unit in which people like to read it.
+    is_state : bool
+        Whether the variable is an element of x. A state may be an output as well.
+
+    Raises
+    ------
+    ValueError
+        If no FMU could carry the row. The message names row, rule and value.
     """
 
     name: str
@@ -71,7 +98,23 @@ class Variable:
             raise ValueError(f"variable {self.name!r}: start must lie in its assumed range {self.assumed}, got {self.start!r}")
 
     def check(self, value: float) -> float:
-        """`value` if it is finite and lies within min and max, else ValueError naming variable, rule and value."""
+        """Refuse a value that the variable must not have.
+
+        Parameters
+        ----------
+        value : float
+            In the variable's unit.
+
+        Returns
+        -------
+        float
+            `value`.
+
+        Raises
+        ------
+        ValueError
+            If it is not finite or not within min and max. The message names variable, rule and value.
+        """
         if not math.isfinite(value):
             raise ValueError(f"{self.name} must be finite, got {value!r}")
         unit = "" if self.unit == "1" else f" {self.unit}"
@@ -97,7 +140,20 @@ def parameter(
     display_unit: str | None = None,
     tunable: bool = True,
 ) -> Variable:
-    """A parameter: an element of p. Every one states where its value comes from."""
+    """Make a parameter: an element of p. Each states where its value comes from.
+
+    Parameters
+    ----------
+    name, start, unit, meaning, symbol, source, assumed, min, max, nominal, display_unit
+        As in `Variable`.
+    tunable : bool
+        Whether it may change between macro steps; else it is fixed at the start.
+
+    Returns
+    -------
+    Variable
+        The row. ValueError as `Variable`.
+    """
     return Variable(
         name=name, causality="parameter", variability="tunable" if tunable else "fixed", unit=unit, start=start,
         meaning=meaning, symbol=symbol, source=source, assumed=assumed, min=min, max=max, nominal=nominal,
@@ -106,7 +162,18 @@ def parameter(
 
 
 def input_(name: str, unit: str, meaning: str, *, symbol: str = "", start: float = 0.0, nominal: float | None = None) -> Variable:
-    """A continuous input: an element of u."""
+    """Make a continuous input: an element of u.
+
+    Parameters
+    ----------
+    name, unit, meaning, symbol, start, nominal
+        As in `Variable`.
+
+    Returns
+    -------
+    Variable
+        The row. ValueError as `Variable`.
+    """
     return Variable(
         name=name, causality="input", variability="continuous", unit=unit, start=start, meaning=meaning,
         symbol=symbol, nominal=nominal,
@@ -114,7 +181,18 @@ def input_(name: str, unit: str, meaning: str, *, symbol: str = "", start: float
 
 
 def output(name: str, unit: str, meaning: str, *, symbol: str = "", nominal: float | None = None) -> Variable:
-    """An output that the output function computes; its start value is computed too."""
+    """Make an output that the model computes, its start value too: an element of y.
+
+    Parameters
+    ----------
+    name, unit, meaning, symbol, nominal
+        As in `Variable`.
+
+    Returns
+    -------
+    Variable
+        The row. ValueError as `Variable`.
+    """
     return Variable(
         name=name, causality="output", variability="continuous", unit=unit, start=0.0, meaning=meaning,
         symbol=symbol, nominal=nominal,
@@ -137,7 +215,22 @@ def state(
     nominal: float | None = None,
     display_unit: str | None = None,
 ) -> Variable:
-    """A state: an element of x; with `is_output` also of y, with `discrete` changed only by the sampled part."""
+    """Make a state: an element of x.
+
+    Parameters
+    ----------
+    name, unit, meaning, symbol, start, source, assumed, min, max, nominal, display_unit
+        As in `Variable`.
+    is_output : bool
+        Whether it is an element of y as well.
+    discrete : bool
+        Whether only samples change it.
+
+    Returns
+    -------
+    Variable
+        The row. ValueError as `Variable`.
+    """
     return Variable(
         name=name, causality="output" if is_output else "local", variability="discrete" if discrete else "continuous",
         unit=unit, start=start, meaning=meaning, symbol=symbol, source=source, assumed=assumed, min=min, max=max,

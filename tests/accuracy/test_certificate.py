@@ -1,19 +1,24 @@
 """The certificate: its error estimate against true errors, its stability margin against runs, on FMUs and in process."""
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import lorenz
 import numpy as np
 import oscillators
 import pytest
 
 from gyro_cosim import GaussSeidel, Iterated, Jacobi, SlaveError, System, system
-from gyro_cosim.accuracy.certificate import certify, margin, spectral_radius
+from gyro_cosim.accuracy import certificate as certificate_module
+from gyro_cosim.accuracy.certificate import Certificate, OutputError, Stability, certify, margin, spectral_radius
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.master import open_network, run
 from gyro_cosim.network.linearised import linearised
+from gyro_cosim.systems import StopWhen
 
 PAIR = system("wheel-pair")
 CASES = {
@@ -39,6 +44,8 @@ def test_estimated_errors_are_the_true_ones_within_a_factor_of_two(name: str, al
         if true > 1e-9 * error.size:
             assert 0.5 < error.largest / true < 2.0, error
     assert certificate.observed_order == pytest.approx(algorithm.order, abs=0.3)
+    assert certificate.no_estimate == ""
+    assert certificate.worst is not None
     worst = max(e.largest / e.size for e in certificate.errors if e.size)
     assert certificate.worst.largest / certificate.worst.size == worst
 
@@ -105,16 +112,82 @@ def test_a_component_without_derivatives_has_no_margin_but_a_certificate() -> No
         assert certify(network, result, 0.1).stability is None
 
 
+@pytest.mark.parametrize(("stop", "reason"), [
+    (20.0, r"the results do not converge: halving the macro step changes an output by 1\.\d+ of its size, halving it again by 1"),
+    (15.0, r"the macro step is too coarse: the observed order \d\.\d\d is not the algorithm's 2, and half the step still"),
+])  # fmt: skip
+def test_a_chaotic_run_has_no_estimate(stop: float, reason: str) -> None:
+    """Lorenz's equations forget after some 10 s what the coupling has done to them: a true error is as large as the signal."""
+    with open_network(lorenz.lorenz(), in_process=True) as network:
+        certificate = certify(network, run(network, Jacobi(1), 1e-2, stop), stop)
+        early = certify(network, run(network, Jacobi(1), 1e-2, 0.5), 0.5)
+    assert re.match(reason, certificate.no_estimate)
+    assert certificate.worst is None
+    assert all(np.isnan(e.largest) and np.isnan(e.end) and e.size > 10.0 for e in certificate.errors)
+    assert certificate.stability is not None
+    assert early.no_estimate == ""  # before that there is one
+    assert early.observed_order == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_shorter_step_that_ends_early_leaves_no_estimate() -> None:
+    """A stop condition that the run in question has just not met."""
+    plan = oscillators.pair()
+    with open_network(plan, in_process=True) as network:
+        highest = [run(network, Jacobi(1), h, 1.0).trajectory["left.velocity"].max() for h in (8e-3, 4e-3)]
+    assert highest[0] < highest[1]
+    condition = StopWhen(("left", "velocity"), sum(highest) / 2, "too fast")
+    with open_network(replace(plan, stop_when=(condition,)), in_process=True) as network:
+        certificate = certify(network, run(network, Jacobi(1), 8e-3, 1.0), 1.0)
+    assert certificate.no_estimate.startswith("with a macro step of 0.004 s the run ends before its time: too fast at t = ")
+    assert np.isnan(certificate.observed_order)
+    assert certificate.worst is None
+
+
+def test_differences_at_rounding_need_not_shrink() -> None:
+    """Without a coupling the runs differ by rounding only: the estimate is that, and no order is observed."""
+    whole = oscillators.pair()
+    plan = replace(whole, components=whole.components[:1], connections=(), bonds=())
+    with open_network(plan, in_process=True) as network:
+        certificate = certify(network, run(network, Jacobi(1), 8e-3, 2.0), 2.0)
+    assert certificate.no_estimate == ""
+    assert np.isnan(certificate.observed_order)
+    assert all(e.largest < 1e-9 * e.size for e in certificate.errors)
+
+
+def test_the_command_line_says_that_there_is_no_estimate(
+    monkeypatch: pytest.MonkeyPatch, cosim: Callable[..., Any], cosim_json: Callable[..., Any]
+) -> None:
+    nan, command = float("nan"), ("run", "wheel-pair", "--in-process", "--stop", "0.1", "--certify")
+    error = OutputError("vehicle.yaw_angle", "rad", nan, nan, 0.3)
+    chaos = Certificate((error,), -4.8, Stability(0.9, 0.9, 1.0), "the results do not converge: and so on")
+    monkeypatch.setattr(certificate_module, "certify", lambda *_, **__: chaos)
+    told = cosim_json(*command)["certificate"]
+    assert told["no_estimate"] == "the results do not converge: and so on"
+    assert told["errors"] == {"vehicle.yaw_angle": {"largest": None, "end": None, "size": 0.3, "unit": "rad"}}
+    assert told["observed_order"] == -4.8
+    _, out, _ = cosim(*command)
+    assert "no estimate of the coupling error: the results do not converge: and so on\n" in out
+    assert "estimated coupling error" not in out
+    assert "observed order" not in out
+    assert "coupling stable: spectral radius 0.9 a step" in out
+
+
+@pytest.mark.slow  # it runs the vehicle 84 000 steps
+def test_a_vehicle_that_hunts_has_no_estimate(cosim_json: Callable[..., Any]) -> None:
+    told = cosim_json("run", "lrt-curve", "--set", "vehicle.speed=8", "--gyro", "off", "--stop", "12", "--certify")
+    assert told["certificate"]["no_estimate"].startswith("the results do not converge")
+    assert {e["largest"] for e in told["certificate"]["errors"].values()} == {None}
+
+
 def test_a_run_that_cannot_be_certified_is_kept(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, cosim: Callable[..., Any]
 ) -> None:
     """An FMU with a fixed step of its own refuses the shorter steps of the estimate."""
-    from gyro_cosim.accuracy import certificate
 
     def refused(*_: Any, **__: Any) -> None:
         raise SlaveError("gyro", 0.0, 5e-4, "its own step is fixed to 0.001 s")
 
-    monkeypatch.setattr(certificate, "certify", refused)
+    monkeypatch.setattr(certificate_module, "certify", refused)
     code, out, err = cosim("run", "wheel-pair", "--in-process", "--stop", "0.1", "--certify", "--output", "kept.csv")
     assert (code, err.count("\n")) == (1, 1)
     assert "no certificate: over shorter steps component 'gyro' failed" in err

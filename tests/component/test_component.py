@@ -1,5 +1,7 @@
 """The contract: tables and functions agree, units convert, wrong tables are refused with one line."""
 
+import doctest
+import importlib
 import math
 from dataclasses import replace
 from pkgutil import resolve_name
@@ -146,3 +148,10 @@ def test_feedthrough_is_found_from_the_functions() -> None:
     }  # the gimbal's damper sees the pitch rate at once
     assert found == {("pitch_moment", "pitch_rate"), ("dissipated_power", "pitch_rate")}
     assert not WHEEL_PAIR.feedthrough.any()
+
+
+@pytest.mark.parametrize("module", ["building", "units"])
+def test_examples_in_docstrings_hold(module: str) -> None:
+    failed, tried = doctest.testmod(importlib.import_module(f"gyro_cosim.component.{module}"))
+    assert tried > 0
+    assert failed == 0

@@ -124,7 +124,11 @@ def certificate_document(certificate: Certificate) -> dict[str, Any]:
     stability = certificate.stability
     return {
         "observed_order": finite(certificate.observed_order),
-        "errors": {e.name: {"largest": e.largest, "end": e.end, "size": e.size, "unit": e.unit} for e in certificate.errors},
+        "no_estimate": certificate.no_estimate or None,
+        "errors": {
+            e.name: {"largest": finite(e.largest), "end": finite(e.end), "size": e.size, "unit": e.unit}
+            for e in certificate.errors
+        },
         "stability": None
         if stability is None
         else {
@@ -140,7 +144,7 @@ def certificate_words(certificate: Certificate) -> list[str | Table]:
     table = Table("estimated coupling error", "largest", "at the end", "of a size of", "unit", box=None, pad_edge=False)
     for column in table.columns[1:4]:
         column.justify = "right"
-    for e in certificate.errors[:60]:
+    for e in () if certificate.no_estimate else certificate.errors[:60]:
         table.add_row(e.name, f"{e.largest:.2e}", f"{e.end:+.2e}", f"{e.size:.3g}", e.unit)
     order = f"observed order {certificate.observed_order:.2f}" if certificate.observed_order == certificate.observed_order else (
         "observed order: differences are at rounding")  # fmt: skip
@@ -154,4 +158,6 @@ def certificate_words(certificate: Certificate) -> list[str | Table]:
             f"coupling {state}: spectral radius {stability.radius:.8g} a step ({stability.exact:.8g} without coupling error), "
             f"largest stable step {limit}"
         )
+    if certificate.no_estimate:
+        return ["", f"no estimate of the coupling error: {certificate.no_estimate}", margin]
     return ["", table, order, margin]
