@@ -1,6 +1,7 @@
 """What the pages name exists: files, folders, modules and what is in them."""
 
 import re
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
@@ -53,3 +54,20 @@ def test_the_fifteen_guesses_lead_somewhere() -> None:
         for path in paths:
             assert (ROOT / path).is_file(), f"{guess}: {path}"
             assert path.split("/")[0] in ("src", "component", "vehicle", "gyro_unit", "fmus")
+
+
+def test_the_contract_on_the_page_is_the_one_that_is_checked() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
+    assert layers[0] == "__main__"
+    assert "\n".join(layers[1:]) in TEXTS["CONTRIBUTING.md"]
+
+
+def test_the_readme_names_every_wing_and_every_folder() -> None:
+    wings = {folder.parent.name for folder in (ROOT / "src" / "cosim").glob("*/__init__.py")}
+    layout = TEXTS["README.md"].partition("\n## Layout\n")[2]
+    named = re.findall(r"`(\w+)`", " ".join(re.findall(r"^\| ((?:`\w+`(?:, )?)+) \|", layout, flags=re.MULTILINE)))
+    assert sorted(named) == sorted(wings)
+    folders = dict(re.findall(r"^\| `([\w/]+)/` \| `([\w.]+)` \|", layout, flags=re.MULTILINE))
+    assert len(folders) == 5
+    assert all((ROOT / folder / "__init__.py").samefile(str(import_module(name).__file__)) for folder, name in folders.items())
