@@ -11,7 +11,7 @@
 enum { U, Y, GAIN, FAULT_AT, N_REAL };
 enum { ADD, COUNT, MODE, MODE_OUT, FAULT, N_INTEGER };
 enum { ON, ON_OUT, N_BOOLEAN };
-enum { NONE, DISCARD, FAIL, FATAL, NOT_A_NUMBER, CRASH, HANG, LEAVE, AT_START, QUIT };
+enum { NONE, DISCARD, FAIL, FATAL, NOT_A_NUMBER, CRASH, HANG, LEAVE, AT_START, QUIT, WARN };
 
 typedef struct {
     double real[N_REAL];
@@ -74,6 +74,11 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
     if (t + h < s->real[FAULT_AT] || s->integer[FAULT] == NONE) {
         s->time = t + h;
         return fmi2OK;
+    }
+    if (s->integer[FAULT] == WARN) {
+        s->callbacks->logger(s->callbacks->componentEnvironment, s->name, fmi2Warning, "logStatusWarning", "worn at %g s", t);
+        s->time = t + h;
+        return fmi2Warning;
     }
     s->callbacks->logger(s->callbacks->componentEnvironment, s->name, fmi2Error, "logStatusError", "it broke at %g s: %s",
                          t, s->text);

@@ -13,7 +13,7 @@ class Log:
     """The messages of the FMU that is called `name` in its system.
 
     warnings, first_warning : how many messages with status warning there have been since clear(), and the first one's text.
-    echo : called with every line that tells of trouble, at once.
+    echo : called with status, category and text of every message that tells of trouble, at once.
 
     Every message goes to the logger `gyro_cosim.fmu.NAME`, too, as debug, warning, error or critical by its status.
     """
@@ -22,12 +22,16 @@ class Log:
         self._lines: deque[tuple[int, str, str]] = deque(maxlen=100)
         self._logger = logging.getLogger(f"gyro_cosim.fmu.{name}")
         self._name = name
-        self.echo: Callable[[str], None] | None = None
+        self.echo: Callable[[int, str, str], None] | None = None
         self.warnings, self.first_warning = 0, ""
 
     def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
         """Keep a message; those with status ok tell of no trouble and are handed on only."""
-        line = (status, (category or b"").decode(errors="replace"), " ".join((message or b"").decode(errors="replace").split()))
+        self.say(status, (category or b"").decode(errors="replace"), " ".join((message or b"").decode(errors="replace").split()))
+
+    def say(self, status: int, category: str, text: str) -> None:
+        """The same for what is text already."""
+        line = (status, category, text)
         level = LEVELS[status] if 0 <= status < len(LEVELS) else logging.ERROR
         if self._logger.isEnabledFor(level):
             self._logger.log(level, "%s: %s", self._name, shown(line))
@@ -37,7 +41,7 @@ class Log:
         if status > 0:
             self._lines.append(line)
             if self.echo is not None:
-                self.echo(shown(line))
+                self.echo(*line)
 
     def clear(self) -> None:
         """Forget; a new run begins."""

@@ -20,6 +20,7 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
 from ..description import SlaveDescription
+from ..fmi.log import Log, shown
 from ..scratch import ScratchFolder
 from ..signal import Value
 from . import child
@@ -33,7 +34,8 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
     def __init__(self, name: str, location: str, patience: float = PATIENCE) -> None:
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
-        self.name, self._patience, self._counts = name, patience, Counts()
+        self.name, self._patience, self._log = name, patience, Log(name)
+        self._events: int | None = None
         self._scratch = ScratchFolder()  # the child's temporary files: it may not live to remove them
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
         self._connection, theirs = Pipe()
@@ -57,11 +59,13 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             if not self._connection.poll(self._patience):
                 self._process.kill()
                 raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_words())
-            kind, answer, self._counts = self._connection.recv()
+            kind, answer, self._events, messages = self._connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(child.FAREWELL)
             raise SlaveError(self.name, t, h, f"its process {self._fate()} in {what}", self._last_words()) from None
+        for message in messages:
+            self._log.say(*message)
         if kind == "slave":
             raise SlaveError(self.name, *answer)
         if kind == "end":
@@ -89,6 +93,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._start = t
+        self._log.clear()
         self._ask("begin", t, 0.0, dict(values), t, stop)
 
     def finish(self) -> None:
@@ -120,7 +125,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
 
     @property
     def counts(self) -> Counts:
-        return self._counts
+        return Counts(self._events, self._log.warnings, self._log.first_warning)
 
     def state_space(self) -> StateSpace | None:
         space: StateSpace | None = self._ask("state_space", 0.0, 0.0)
@@ -143,7 +148,14 @@ def serve(connection: Connection) -> None:
     """The child: open one FMU and do what is asked until `close` or the parent is gone."""
     slave: Any = None
     snapshots: dict[int, Any] = {}
+    messages: list[tuple[int, str, str]] = []
     count = 0
+
+    def heard(*message: Any) -> None:
+        """What the FMU says goes to the parent with the next answer, and into the file, should there be none."""
+        messages.append(message)
+        print(shown(message), flush=True)
+
     while True:
         try:
             what, arguments = connection.recv()
@@ -158,7 +170,7 @@ def serve(connection: Connection) -> None:
                 from ..opening import open_fmu
 
                 slave = open_fmu(*arguments)
-                slave.log.echo = lambda line: print(line, flush=True)
+                slave.log.echo = heard
                 answer = slave.description
             elif what == "save":
                 count += 1
@@ -177,7 +189,8 @@ def serve(connection: Connection) -> None:
             kind, answer = "value", str(error)
         except Exception as error:  # whatever it is, the parent needs one line
             kind, answer = "other", f"{type(error).__name__}: {error}"
-        connection.send((kind, answer, Counts() if slave is None else slave.counts))
+        connection.send((kind, answer, None if slave is None else slave.counts.events, messages))
+        messages.clear()
     if slave is not None:
         slave.close()
 
