@@ -4,6 +4,7 @@ Everything else about the project stands in pyproject.toml. Why it is so: docs/d
 Two files lie beside the package: who imports a name of before 0.2.0 is told the new one (src/_gyro_cosim_old_names.py).
 """
 
+import shutil
 from pathlib import Path
 
 from setuptools import Distribution, find_packages, setup  # before distutils, which it brings along
@@ -38,6 +39,7 @@ class WithData(Distribution):
         return bool(self.data_files)
 
 
+shutil.rmtree("build/lib", ignore_errors=True)  # what an earlier build has left would go into the wheel: files that are no more
 Path("build").mkdir(exist_ok=True)  # metadata made on the way: beside the sources it would be found instead of the installed one
 
 setup(

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 from gyro_cosim import fmus
 from gyro_cosim.component import Component
 from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
-from gyro_cosim.fmus.package import _header_folder
+from gyro_cosim.fmus.package import header_folder
 
 STEPS = 1_000_000
 BARE = """
@@ -48,7 +48,7 @@ def measure(component: Component, folder: Path, steps: int) -> dict[str, float]:
     root = ElementTree.parse(unpacked / "modelDescription.xml").getroot()
     reference = next(v.get("valueReference") for v in root.iter("ScalarVariable") if v.get("causality") == "input")
     compiler = host_compiler() or [sys.executable, "-m", "ziglang", "cc", "-target", host().target]
-    include = [f"-I{_header_folder()}", f"-I{unpacked / 'sources'}"]
+    include = [f"-I{header_folder()}", f"-I{unpacked / 'sources'}"]
     driver = folder / "do_step"
     subprocess.run([*compiler, "-O2", *include, "-o", driver, Path(__file__).with_suffix(".c"), "-ldl"], check=True)
     (library,) = unpacked.glob("binaries/*/*")

@@ -12,6 +12,8 @@ from gyro_cosim.component.integration import METHODS, easy_fraction
 
 from .table import Table
 
+__all__ = ["FILES", "functions", "generate", "nominal", "output_order"]
+
 FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
     "model.c": ("step", "rhs", "output", "sample"),
     "rhs_derivatives.c": ("rhs_forward", "rhs_adjoint"),
@@ -21,18 +23,18 @@ SMALL_MODEL = 2000  # instructions of rhs and output up to which the outputs' se
 
 
 def functions(table: Table) -> dict[str, ca.Function]:
-    """The functions that core.h lists, every result dense."""
+    """The functions that core.h lists, by name, every result dense. Arguments are columns in the order of the table."""
     c = table.component
-    parts = {"rhs": c.rhs, "output": c.output}
-    result = {"step": c.step} | parts
-    symbol = ca.SX if all(f.is_a("SXFunction") for f in parts.values()) else ca.MX
+    model = {"rhs": c.rhs, "output": c.output}
+    result = {"step": c.step} | model
+    symbol = ca.SX if all(f.is_a("SXFunction") for f in model.values()) else ca.MX
     x, u, p = (
         symbol.sym(name, size) for name, size in zip("xup", (len(c.states), len(c.inputs), len(c.parameters)), strict=True)
     )
     dx, du, dp = (symbol.sym("d", v.numel()) for v in (x, u, p))
     along, by = ca.vertcat(dx, du, dp), ca.vertcat(x, u, p)
     sizes = [v.numel() for v in (x, u, p)]
-    for name, function in parts.items():
+    for name, function in model.items():
         value = ca.densify(function(x, u, p))
         result[f"{name}_forward"] = ca.Function("f", [x, u, p, dx, du, dp], [ca.jtimes(value, by, along)])
         weight = symbol.sym("l", value.numel())
@@ -73,16 +75,34 @@ def output_order(table: Table) -> int:
 
 
 def generate(table: Table, identifier: str) -> dict[str, str]:
-    """The text of the generated files; in model_data.h @TOKEN@ stands for the instantiation token."""
-    found = functions(table)
+    """Generate the C code of the model.
+
+    Parameters
+    ----------
+    table : Table
+        The FMU's variables.
+    identifier : str
+        What the names of the functions start with: a C identifier.
+
+    Returns
+    -------
+    dict of str to str
+        Text by file name. In model_data.h, @TOKEN@ stands for the instantiation token.
+
+    Raises
+    ------
+    RuntimeError
+        If CasADi has no C code for one of the component's functions.
+    """
+    available = functions(table)
     work = dict.fromkeys(("ARG", "RES", "IW", "W"), 1)
     files = {}
     for file, names in FILES.items():
         stem = identifier + file.removeprefix("model").removesuffix(".c")  # CasADi prefixes its helpers with it
         options = {"with_header": True, "with_export": False, "casadi_int": "int"}
         generator = ca.CodeGenerator(f"{stem}.c", options)
-        for name in (n for n in names if n in found):
-            generator.add(_dense(found[name], f"{identifier}_{name}"))
+        for name in (n for n in names if n in available):
+            generator.add(_dense(available[name], f"{identifier}_{name}"))
         with tempfile.TemporaryDirectory() as scratch:
             generator.generate(scratch + "/")
             files[file], header = (Path(scratch, f"{stem}.{suffix}").read_text() for suffix in "ch")
@@ -90,11 +110,12 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
             raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
         for kind in work:
             work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
-    derived = [name for file, names in FILES.items() if file != "model.c" for name in names if name in found]
+    derived = [name for file, names in FILES.items() if file != "model.c" for name in names if name in available]
     return files | {"model_data.h": _data(table, identifier, work, derived)}
 
 
 def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str]) -> str:
+    """model_data.h: sizes, start values, bounds, the table, and the functions in files of their own."""
     c = table.component
     states, inputs, parameters = c.states, c.inputs, table.parameters
     order = METHODS[c.method].order

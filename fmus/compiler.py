@@ -10,6 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+__all__ = ["FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "universal"]
+
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden")  # no fused operations: same bits everywhere
 
 
@@ -19,7 +21,17 @@ class CompilerError(RuntimeError):
 
 @dataclass(frozen=True)
 class Platform:
-    """`name` as FMI 3.0 calls it, `folder` as FMI 2.0 does, Zig's `target`, the libraries' `suffix`."""
+    """A platform that FMUs can be compiled for.
+
+    Attributes
+    ----------
+    name, folder : str
+        What FMI 3.0 and FMI 2.0 call it.
+    target : str
+        What Zig calls it.
+    suffix : str
+        Ending of its shared libraries.
+    """
 
     name: str
     folder: str
@@ -52,27 +64,27 @@ def chosen(names: Sequence[str]) -> dict[Platform, bool]:
     """The platforms that `names` mean, each with whether the host's own compiler may be used: only for "host"."""
     if isinstance(names, str):
         raise ValueError(f"platforms must be a sequence of names, got {names!r}")
-    found: dict[Platform, bool] = {}
+    platforms: dict[Platform, bool] = {}
     for name in names:
         if name == "host":
-            found[host()] = True
+            platforms[host()] = True
         elif name == "all":
-            found |= {p: False for p in PLATFORMS.values() if p not in found}
+            platforms |= {p: False for p in PLATFORMS.values() if p not in platforms}
         elif name in PLATFORMS:
-            found.setdefault(PLATFORMS[name], False)
+            platforms.setdefault(PLATFORMS[name], False)
         else:
             raise ValueError(f"platform must be 'host', 'all' or one of {', '.join(PLATFORMS)}, got {name!r}")
-    if not found:
+    if not platforms:
         raise ValueError("platforms must name at least one, got none")
-    return found
+    return platforms
 
 
 def host_compiler() -> list[str] | None:
     """The command of the host's C compiler: $CC, cc, gcc or clang; None where there is none, and on Windows."""
     if sys.platform == "win32":
         return None
-    own = os.environ.get("CC", "").split()
-    for command in (own, ["cc"], ["gcc"], ["clang"]):
+    wanted = os.environ.get("CC", "").split()
+    for command in (wanted, ["cc"], ["gcc"], ["clang"]):
         if command and shutil.which(command[0]):
             return command
     return None
@@ -81,13 +93,31 @@ def host_compiler() -> list[str] | None:
 def compile_libraries(
     folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool]
 ) -> dict[Platform, bytes]:
-    """The shared library `name` for each platform, from the C files in `folder`, which holds all they include.
+    """Compile a shared library for each platform. Paths are relative, so it does not depend on where it was made.
 
-    `sources` gives the optimization for each file, e.g. {"fmu.c": "-O3"}; `targets` whether the host's compiler may be used.
-    All jobs run side by side. Paths are relative, so that a library does not depend on where it was made.
+    Parameters
+    ----------
+    folder : Path
+        Holds the C files and all they include. Objects and libraries are written into it.
+    sources : mapping of str to str
+        Optimization by C file, such as {"fmu.c": "-O3"}.
+    name : str
+        Name of the library, without ending.
+    targets : mapping of Platform to bool
+        Whether the host's own compiler may be used for a platform; else it is Zig's.
+
+    Returns
+    -------
+    dict of Platform to bytes
+        The libraries.
+
+    Raises
+    ------
+    CompilerError
+        If the compiler is missing or refuses the code.
     """
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        commands = {target: _command(target, own) for target, own in targets.items()}
+        commands = {target: _command(target, allowed) for target, allowed in targets.items()}
         objects = {
             (target, source): pool.submit(_object, folder, commands[target], source, level, target)
             for source, level in sources.items()
@@ -100,8 +130,8 @@ def compile_libraries(
 
 def _command(target: Platform, host_allowed: bool) -> list[str]:
     """Compiler and the options that both compiling and linking need."""
-    own = host_compiler() if host_allowed else None
-    return own or [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
+    of_host = host_compiler() if host_allowed else None
+    return of_host or [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
 
 
 def _object(folder: Path, command: Sequence[str], source: str, level: str, target: Platform) -> str:
@@ -140,10 +170,10 @@ def _run(command: Sequence[str], folder: Path, what: str) -> None:
 def universal(x86_64: bytes, aarch64: bytes) -> bytes:
     """One macOS library for both processors: a fat header, then the two libraries at 16 KiB boundaries."""
     align = 14
-    head, offset, parts = [0xCAFEBABE, 2], 1 << align, b""
+    head, offset, libraries = [0xCAFEBABE, 2], 1 << align, b""
     for cpu, subtype, library in ((0x01000007, 3, x86_64), (0x0100000C, 0, aarch64)):
         head += [cpu, subtype, offset, len(library), align]
         padded = library + b"\0" * (-len(library) % (1 << align))
-        parts, offset = parts + padded, offset + len(padded)
+        libraries, offset = libraries + padded, offset + len(padded)
     header = b"".join(word.to_bytes(4, "big") for word in head)
-    return header + b"\0" * ((1 << align) - len(header)) + parts
+    return header + b"\0" * ((1 << align) - len(header)) + libraries

@@ -9,6 +9,11 @@ from gyro_cosim.component.units import BASE, unit
 
 from .table import Kind, Row, Table
 
+__all__ = [
+    "STOP_TIME", "bounds", "capabilities", "causality", "document", "fmi2", "identity", "log_categories", "quantities", "text",
+    "unit_definitions", "unknowns",
+]  # fmt: skip
+
 CATEGORIES = {
     "logEvents": "samples of the sampled part",
     "logStatusDiscard": "why a call was refused or a step not done",
@@ -32,7 +37,8 @@ def text(value: float) -> str:
 def document(root: ET.Element) -> bytes:
     """The XML file of `root`, the same bytes every time."""
     ET.indent(root)
-    return ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+    content: bytes = ET.tostring(root, encoding="utf-8", xml_declaration=True)
+    return content + b"\n"
 
 
 def identity(table: Table, tool: str) -> dict[str, str]:
@@ -85,8 +91,8 @@ def bounds(row: Row) -> dict[str, str]:
     v = row.variable
     if v is None:
         return {}
-    found = {"displayUnit": v.display_unit} if v.display_unit else {}
-    return found | {
+    shown = {"displayUnit": v.display_unit} if v.display_unit else {}
+    return shown | {
         key: text(value)
         for key, value in (("min", v.min), ("max", v.max), ("nominal", abs(v.nominal) if v.nominal else None))
         if value is not None
@@ -130,12 +136,12 @@ def unknowns(table: Table) -> dict[str, list[tuple[Row, list[Row]]]]:
 def _known(table: Table, function: object, row: int, *, start: bool = False) -> list[Row]:
     """The variables that element `row` of a function's result depends on; parameters only at the start."""
     kinds: list[Kind] = ["state", "input", *(["parameter"] if start else [])]  # type: ignore[list-item]
-    found = []
+    known = []
     for argument, kind in enumerate(kinds):
         sparsity = function.jac_sparsity(0, argument)  # type: ignore[attr-defined]
         columns = np.array(sparsity.get_col(), dtype=int)[np.array(sparsity.row(), dtype=int) == row]
-        found += [table.of(kind, int(i)) for i in sorted(columns)]
-    return sorted(found, key=lambda known: table.reference[known.name])
+        known += [table.of(kind, int(i)) for i in sorted(columns)]
+    return sorted(known, key=lambda row: table.reference[row.name])
 
 
 def _while_running(known: list[Row]) -> list[Row]:
@@ -155,7 +161,24 @@ def capabilities(identifier: str) -> dict[str, str]:
 
 
 def fmi2(table: Table, identifier: str, token: str, tool: str, output_order: int, sources: Iterable[str]) -> bytes:
-    """modelDescription.xml of FMI 2.0."""
+    """modelDescription.xml of FMI 2.0.
+
+    Parameters
+    ----------
+    table : Table
+        The FMU's variables.
+    identifier, token, tool : str
+        The model identifier, the guid, and who made the FMU.
+    output_order : int
+        Highest time derivative of the outputs that the FMU gives.
+    sources : iterable of str
+        The C files to compile, empty where none are shipped.
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
     root = ET.Element("fmiModelDescription", {"fmiVersion": "2.0", **identity(table, tool), "guid": token})
     root.set("numberOfEventIndicators", "0")
     sources = list(sources)
@@ -187,9 +210,9 @@ def fmi2(table: Table, identifier: str, token: str, tool: str, output_order: int
             variables.append(_variable(table, reference, row, named))
     structure = ET.SubElement(root, "ModelStructure")
     for tag, key in (("Outputs", "outputs"), ("Derivatives", "derivatives"), ("InitialUnknowns", "initial")):
-        found = unknowns(table)[key]
-        parent = ET.SubElement(structure, tag) if found else None
-        for row, known in found:
+        rows = unknowns(table)[key]
+        parent = ET.SubElement(structure, tag) if rows else None
+        for row, known in rows:
             assert parent is not None
             dependencies = " ".join(str(table.reference[k.name]) for k in known)  # time has reference 0 and no place in the list
             ET.SubElement(parent, "Unknown", index=str(table.reference[row.name]), dependencies=dependencies)

@@ -16,11 +16,13 @@ from .description import (
 )
 from .table import Row, Table
 
+__all__ = ["ICON", "build_description", "fmi3", "terminals"]
+
 ICON = "icon"  # base name of the pictures in terminalsAndIcons
 
 
 def fmi3(table: Table, identifier: str, token: str, tool: str, output_order: int) -> bytes:
-    """modelDescription.xml of FMI 3.0."""
+    """modelDescription.xml of FMI 3.0; parameters as `description.fmi2`, `token` being the instantiation token."""
     root = ET.Element("fmiModelDescription", {"fmiVersion": "3.0", **identity(table, tool), "instantiationToken": token})
     shared = {
         "modelIdentifier": identifier,
@@ -51,9 +53,9 @@ def fmi3(table: Table, identifier: str, token: str, tool: str, output_order: int
     for reference, row in enumerate(table.rows):
         variables.append(_variable(table, reference, row, named))
     structure = ET.SubElement(root, "ModelStructure")
-    found = unknowns(table)
+    structured = unknowns(table)
     for tag, key in (("Output", "outputs"), ("ContinuousStateDerivative", "derivatives"), ("InitialUnknown", "initial")):
-        for row, known in found[key]:
+        for row, known in structured[key]:
             dependencies = " ".join(str(table.reference[k.name]) for k in known)
             ET.SubElement(structure, tag, valueReference=str(table.reference[row.name]), dependencies=dependencies)
     return document(root)

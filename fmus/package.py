@@ -15,6 +15,8 @@ from . import code, description, description3, page, picture, reference
 from .compiler import Platform, chosen, compile_libraries, universal
 from .table import Table
 
+__all__ = ["HEADERS", "SOURCES", "VERSIONS", "header_folder", "write"]
+
 VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
 SOURCES = {"fmu.c": "-O3", "rhs_derivatives.c": "-O1", "output_derivatives.c": "-O1"}  # with the optimization of each
 HEADERS = (
@@ -24,7 +26,7 @@ HEADERS = (
 
 
 def write(component: Component, directory: Path, *, fmi: Sequence[str], platforms: Sequence[str], sources: bool) -> list[Path]:
-    """See fmus.export."""
+    """Write the FMUs of `component` into `directory`: see `gyro_cosim.fmus.export`."""
     if isinstance(fmi, str) or not fmi:
         raise ValueError(f"fmi must be a sequence of versions, such as ('2', '3'), got {fmi!r}")
     for version in fmi:
@@ -40,7 +42,7 @@ def write(component: Component, directory: Path, *, fmi: Sequence[str], platform
 
     text = code.generate(table, identifier)
     files = {p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "c").iterdir())} | text
-    files |= {name: (_header_folder() / name).read_text(encoding="utf-8") for name in HEADERS}
+    files |= {name: (header_folder() / name).read_text(encoding="utf-8") for name in HEADERS}
     descriptions = {v: _description(v, table, identifier, "", sources) for v in VERSIONS}
     token = _token(files, descriptions)
     files["model_data.h"] = files["model_data.h"].replace("@TOKEN@", token)
@@ -84,14 +86,14 @@ def _documentation(table: Table, identifier: str, sources: bool) -> dict[str, by
         members[f"documentation/reference/{identifier}_{suffix}.csv"] = reference.csv(header, rows)
     for file in sorted((Path(__file__).parent / "licenses").iterdir()):
         members[f"documentation/licenses/{file.name}"] = file.read_bytes()
-    own = importlib.metadata.distribution("gyro-cosim").read_text("licenses/LICENSE")
-    if own is None:
+    licence = importlib.metadata.distribution("gyro-cosim").read_text("licenses/LICENSE")
+    if licence is None:
         raise RuntimeError("the installed package gyro-cosim must hold its LICENSE")
-    members["documentation/licenses/gyro-cosim.txt"] = own.encode()
+    members["documentation/licenses/gyro-cosim.txt"] = licence.encode()
     return members
 
 
-def _header_folder() -> Path:
+def header_folder() -> Path:
     """FMI's headers, which FMPy ships; found without loading it."""
     spec = importlib.util.find_spec("fmpy")
     if spec is None or not spec.submodule_search_locations:
@@ -117,11 +119,11 @@ def _libraries(files: dict[str, str], name: str, targets: dict[Platform, bool]) 
 
 def _binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -> dict[str, bytes]:
     """Members by path. FMI 2.0 has one folder for macOS; a library for both processors goes there."""
-    found: dict[str, bytes] = {}
+    members: dict[str, bytes] = {}
     macs = {p.name: data for p, data in libraries.items() if p.suffix == ".dylib"}
     for target, library in libraries.items():
         folder = target.name if version == "3" else target.folder
         if version == "2" and len(macs) == 2 and target.name in macs:
             library = universal(macs["x86_64-darwin"], macs["aarch64-darwin"])
-        found[f"binaries/{folder}/{identifier}{target.suffix}"] = library
-    return found
+        members[f"binaries/{folder}/{identifier}{target.suffix}"] = library
+    return members

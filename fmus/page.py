@@ -8,13 +8,30 @@ from gyro_cosim.component.integration import METHODS
 from .reference import STEP
 from .table import Table
 
+__all__ = ["html"]
+
 STYLE = """body { font-family: sans-serif; max-width: 70em; margin: 2em auto; padding: 0 1em; line-height: 1.45; }
 table { border-collapse: collapse; width: 100%; } th, td { border-bottom: 1px solid #ccc; padding: .25em .6em; text-align: left; }
 td.number { text-align: right; white-space: nowrap; } pre { background: #f3f6fa; padding: 1em; overflow-x: auto; }"""
 
 
 def html(table: Table, identifier: str, *, sources: bool) -> bytes:
-    """The page: what the model is, its equations, signals and parameters, how it is integrated, how to rebuild it."""
+    """The page: what the model is, its equations, signals and parameters, how it is integrated, how to build it again.
+
+    Parameters
+    ----------
+    table : Table
+        The FMU's variables.
+    identifier : str
+        The model identifier, which names the files of reference results.
+    sources : bool
+        Whether the FMU ships its sources.
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
     c = table.component
     order = METHODS[c.method].order
     parts = [

@@ -8,6 +8,8 @@ import numpy as np
 
 from gyro_cosim.component import Component
 
+__all__ = ["SIZE", "png", "svg"]
+
 SIZE = 200  # pixels each way
 INK, PAPER, FILL = (31, 61, 92), (255, 255, 255), (226, 236, 246)
 LEFT, RIGHT, TOP, BOTTOM = 40, 160, 20, 180

@@ -8,12 +8,14 @@ from gyro_cosim.component import Component
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.integration import Progress, StepError, first_sample
 
+__all__ = ["STEP", "STEPS", "csv", "inputs", "results"]
+
 STEP, STEPS = 0.01, 100  # s, macro steps
 AMPLITUDE = 0.1  # of an input's nominal value
 
 
 def inputs(component: Component) -> tuple[list[str], np.ndarray]:
-    """Header and rows (t, u): sines of 1 Hz, 1.3 Hz, ... about the start values."""
+    """Header and rows (t in s, u), shape (STEPS + 1, 1 + n_u): sines of 1 Hz, 1.3 Hz, ... about the start values."""
     t = np.arange(STEPS + 1) * STEP
     columns = [t]
     for i, v in enumerate(component.inputs):
@@ -23,7 +25,9 @@ def inputs(component: Component) -> tuple[list[str], np.ndarray]:
 
 
 def results(component: Component) -> tuple[list[str], np.ndarray]:
-    """Header and rows (t, y) with those inputs held over each step of STEP; shorter if the model fails before the end.
+    """Header and rows (t in s, y), shape (n, 1 + n_y), with those inputs held over each step of STEP.
+
+    n is STEPS + 1, or less if the model fails before the end.
 
     An output at t is the value before the input of that moment is set, as an importer reads it after the step.
     """

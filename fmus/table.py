@@ -6,35 +6,49 @@ from typing import Literal
 
 from gyro_cosim.component import Component, Variable
 
+__all__ = ["Kind", "Row", "Table", "derivative_unit", "describe"]
+
 Kind = Literal["time", "state", "input", "output", "parameter", "derivative"]
 
 
 @dataclass(frozen=True)
 class Row:
-    """A variable of the FMU. Its value reference is its place in the table; `index` its place in x, u, y, p or x'."""
+    """A variable of the FMU. Its value reference is its place in the table.
+
+    Attributes
+    ----------
+    kind : str
+        What it is to the model.
+    index : int
+        Its place in x, u, y, p or x'.
+    name, unit, description : str
+        As in modelDescription.xml.
+    variable : Variable or None
+        The component's row; None for time and derivatives.
+    """
 
     kind: Kind
     index: int
     name: str
     unit: str
     description: str
-    variable: Variable | None  # None for time and derivatives
+    variable: Variable | None
 
 
 def derivative_unit(unit: str) -> str:
     """The unit of the time derivative of something in `unit`: rad -> rad/s, m/s -> m/s2."""
     over, _, under = unit.partition("/")
-    parts = under.split(".") if under else []
-    for i, part in enumerate(parts):
-        if part[:1] == "s" and (part[1:] or "1").isdigit():
-            parts[i] = f"s{int(part[1:] or 1) + 1}"
-            return f"{over}/{'.'.join(parts)}"
-    return f"{over}/{'.'.join([*parts, 's'])}"
+    atoms = under.split(".") if under else []
+    for i, atom in enumerate(atoms):
+        if atom[:1] == "s" and (atom[1:] or "1").isdigit():
+            atoms[i] = f"s{int(atom[1:] or 1) + 1}"
+            return f"{over}/{'.'.join(atoms)}"
+    return f"{over}/{'.'.join([*atoms, 's'])}"
 
 
 @dataclass(frozen=True)
 class Table:
-    """All variables of the FMU of `component`."""
+    """All variables of the FMU of `component`; ValueError, when they are asked for, where a name is one of the FMU's own."""
 
     component: Component
 

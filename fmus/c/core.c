@@ -8,7 +8,7 @@
 
 #include "core.h"
 
-/* ---- telling the importer ------------------------------------------------------------------------------------------ */
+/* ---- messages to the importer --------------------------------------------------------------------------------------- */
 
 static void tell(Instance *m, Status status, unsigned category, const char *format, ...) {
     char text[512];
@@ -22,7 +22,7 @@ static void tell(Instance *m, Status status, unsigned category, const char *form
     m->log(m, status, CATEGORIES[bit], text);
 }
 
-/* After an error only a reset, a saved state or the end is left. */
+/* After an error only a reset, restoring a saved state or freeing the instance is allowed. */
 static Status fail(Instance *m, const char *function, const char *why) {
     tell(m, ERROR, LOG_ERROR, "%s: %s", function, why);
     m->s.mode = FAILED;
@@ -40,7 +40,7 @@ static int allowed(Instance *m, const char *function, int modes) {
     return 0;
 }
 
-/* Which categories are told from now on, besides those already chosen: all, or the named ones. */
+/* Chooses the categories that are logged from now on, besides those already chosen: all, or the named ones. */
 static Status choose_categories(Instance *m, int on, size_t n, const char *const category[]) {
     if (on && n == 0) m->log_categories = LOG_ALL;
     for (size_t i = 0; i < n; i++) {
@@ -75,7 +75,7 @@ static Status set_experiment(Instance *m, const char *function, double start, in
     return OK;
 }
 
-/* Called when initialization ends: the first sample instant is the first multiple of the period from the start on. */
+/* Called when initialization ends. The first sample instant is the first multiple of the period at or after the start. */
 static void to_initialized(Instance *m) {
     m->last_successful = m->s.time;
     m->s.internal_step_used = m->s.p[INTERNAL_STEP];

@@ -1,4 +1,4 @@
-/* The component inside an FMU, as both faces (fmi2.c, fmi3.c) see it.
+/* The component inside an FMU, as the interfaces of both FMI versions (fmi2*.c, fmi3*.c) use it.
 
    model_data.h and model.c are generated from the component: its table, and its CasADi functions
      MODEL(step), MODEL(rhs), MODEL(output)                     one internal step, x', y
@@ -33,7 +33,7 @@ typedef struct {
 
 static const Variable VARIABLES[] = {ROWS};
 
-/* The states of the machines of FMI 2 and FMI 3, as bits so that a call can name all that allow it. */
+/* The states of FMI 2's and FMI 3's state machines, as bits, so that a call can name all in which it is allowed. */
 typedef enum {
     INSTANTIATED = 1,
     INITIALIZATION = 2,
@@ -63,7 +63,7 @@ typedef struct {
 typedef struct Instance Instance;
 
 /* Asks the importer for the inputs at `time` (FMI 3, intermediate update), or tells it that an internal step ended there.
-   Returns 1 to go on, 0 to end the macro step here (after an internal step only). */
+   Returns 1 to continue, 0 to end the macro step here (after an internal step only). */
 typedef int (*Ask)(Instance *m, double time, int finished);
 
 struct Instance {
@@ -79,7 +79,7 @@ struct Instance {
     double work[WORK_REALS];
     int integers[WORK_INTEGERS];
     Ask ask;
-    /* for the faces */
+    /* used by the interfaces of FMI only */
     char *name;
     void *environment;
     const void *callbacks;

@@ -1,4 +1,4 @@
-/* The FMI 2.0 face: Co-Simulation and Model Exchange. */
+/* The interface of FMI 2.0: what both kinds share, and Co-Simulation. Model Exchange stands in fmi2_exchange.c. */
 
 #include "core.h"
 #include "fmi2Functions.h"
@@ -15,13 +15,13 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 
 static void log_fmi2(Instance *m, Status status, const char *category, const char *text) {
     const fmi2CallbackFunctions *callbacks = m->callbacks;
-    /* the finished text as format: it holds no per cent sign, and importers without C cannot fill one in */
+    /* the text is the format: it holds no per cent sign, and importers not written in C cannot format */
     callbacks->logger(callbacks->componentEnvironment, m->name, (fmi2Status)status, category, text);
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String category[]) {
     CHECK(ANY);
-    m->log_categories = LOG_ERROR; /* errors are always told */
+    m->log_categories = LOG_ERROR; /* errors are always logged */
     return (fmi2Status)choose_categories(m, on, n, category);
 }
 

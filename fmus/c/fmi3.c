@@ -1,4 +1,5 @@
-/* The FMI 3.0 face: Co-Simulation with intermediate update, and Model Exchange. */
+/* The interface of FMI 3.0: what both kinds share, and Co-Simulation with intermediate update. Model Exchange stands in
+   fmi3_exchange.c. */
 
 #include "core.h"
 #include "fmi3Functions.h"
@@ -137,7 +138,7 @@ TRANSITION(fmi3ExitConfigurationMode, 0, (void)m)
 
 /* ---- values -------------------------------------------------------------------------------------------------------- */
 
-/* During intermediate update only the variables that were asked for, in the direction of the moment. */
+/* During intermediate update: only the variables that the importer required, and only to be set or only to be read. */
 static int open_to_importer(const Instance *m, const fmi3ValueReference vr[], size_t n, int direction) {
     if (m->s.mode != INTERMEDIATE) return 1;
     for (size_t i = 0; i < n; i++)

@@ -1,5 +1,5 @@
-/* The one file of the interface: the generated model, the core over it, and the faces of FMI 2.0 and FMI 3.0. The model's
-   derivatives (*_derivatives.c) are compiled apart. */
+/* The file to compile: the generated model, the core that uses it, and the interfaces of FMI 2.0 and FMI 3.0. The model's
+   derivatives (*_derivatives.c) are compiled separately. */
 
 #include "model.c"
 #include "core.c"

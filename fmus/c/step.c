@@ -18,7 +18,7 @@ static void polynomial_at(const double *U, double tau, double *u) {
 }
 
 /* With intermediate update the polynomial of an internal step is the parabola through the importer's inputs at its start,
-   middle and end; s.U holds those at the start already, but for the first of a macro step. */
+   middle and end. s.U holds those at the start already, except in the first internal step of a macro step. */
 static void ask_parabola(Instance *m, double time, double h) {
     double u_start[AT_LEAST_ONE(N_U)], u_middle[AT_LEAST_ONE(N_U)];
     memcpy(u_start, m->s.U, N_U * sizeof(double));
@@ -39,7 +39,7 @@ static void internal_step(Instance *m, const double *x, const double *U, double 
     call(m, MODEL(step), 5, (const double *[]){x, U, m->s.p, &tau, &h}, 1, (double *[]){x_next});
 }
 
-/* Takes over x; with intermediate update shows it to the importer. Returns 0 where the importer wants the step to end. */
+/* Makes x the state; with intermediate update the importer sees it. Returns 0 if the importer ends the macro step here. */
 static int accept(Instance *m, const double *x, double time, double h) {
     memcpy(m->s.x, x, N_X * sizeof(double));
     if (!m->ask) return 1;
@@ -77,7 +77,7 @@ static Outcome advance_equal(Instance *m, double t, double start, double length)
 }
 
 /* The same with error control: internal steps are length / 2^level, each checked against two of half the length, which
-   are kept. The level goes up where the difference exceeds the tolerance and down where it would not at twice the length. */
+   are kept. The level rises where the difference exceeds the tolerance and falls where it would not at twice the length. */
 static Outcome advance_adaptive(Instance *m, double t, double start, double length) {
     double divisor = 1.0, allowed_error = m->s.p[TOLERANCE] * ERROR_DIVISOR;
     int level = 0;
@@ -161,7 +161,7 @@ static Outcome macro_step(Instance *m, double t, double h) {
     return outcome;
 }
 
-/* What both faces' doStep share: checks, the step, and what to say when it fails. */
+/* What doStep of both FMI versions does: checks, the step, and the message if it fails. */
 static Status do_step(Instance *m, const char *function, double t, double h) {
     if (!(h > 0.0) || !isfinite(h)) return fail(m, function, "communicationStepSize must be positive and finite");
     if (!(fabs(t - m->s.time) <= 1e-3 * h + 1e-9 * fabs(t)))
@@ -176,7 +176,7 @@ static Status do_step(Instance *m, const char *function, double t, double h) {
 
 /* ---- events of Model Exchange -------------------------------------------------------------------------------------- */
 
-/* Executes the sampled part if its instant has come. Returns whether x changed. */
+/* Runs the sampled part if its instant has come. Returns whether x changed. */
 static int update_discrete_states(Instance *m) {
 #ifdef SAMPLE_PERIOD
     if ((double)m->s.samples * SAMPLE_PERIOD <= m->s.time + SAME_TIME * SAMPLE_PERIOD) {

@@ -15,7 +15,7 @@ from fmu_models import COMPONENTS
 
 from gyro_cosim import fmus
 from gyro_cosim.fmus.compiler import PLATFORMS
-from gyro_cosim.fmus.package import _header_folder
+from gyro_cosim.fmus.package import header_folder
 
 pytestmark = pytest.mark.slow
 SUPPORT = Path(__file__).parents[1] / "support"
@@ -37,7 +37,7 @@ def run(path: Path, folder: Path, library: Path, driver: list[str], env: dict[st
 
 def build_driver(folder: Path, target: str, suffix: str = "") -> Path:
     program = folder / f"driver{suffix}"
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS[target].target, "-O1", f"-I{_header_folder()}"]
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", PLATFORMS[target].target, "-O1", f"-I{header_folder()}"]
     subprocess.run([*command, "-o", program, SUPPORT / "fmu_driver.c"], check=True)
     return program
 
