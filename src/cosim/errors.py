@@ -13,9 +13,26 @@ class RunError(RuntimeError):
 
     partial: Any = None
 
+    def keeping(self, partial: Any) -> "RunError":
+        """This error, with the run up to there."""
+        self.partial = partial
+        return self
+
 
 class SlaveError(RunError):
-    """A slave failed: which one, at which t (s), over which h (s), why, and its own last words."""
+    """A component failed in a run.
+
+    Parameters
+    ----------
+    slave : str
+        Its name in the system.
+    t, h : float
+        When, and over a step of which length, s; h is 0 outside a step.
+    reason : str
+        Why, in one line.
+    log : str
+        What the component itself has said last.
+    """
 
     def __init__(self, slave: str, t: float, h: float, reason: str, log: str = "") -> None:
         over = f" over a step of {h:g} s" if h > 0.0 else ""
@@ -24,7 +41,15 @@ class SlaveError(RunError):
 
 
 class EndRequest(RunError):
-    """A slave wants the run to end, at t (s), as FMI lets it: no failure, the run is over."""
+    """A component wants the run to end, as FMI lets it: no failure, the run is over.
+
+    Parameters
+    ----------
+    slave : str
+        Its name in the system.
+    t : float
+        When, s.
+    """
 
     def __init__(self, slave: str, t: float) -> None:
         super().__init__(f"component {slave!r} asks to end the run at t = {t:.9g} s")

@@ -1,5 +1,6 @@
 """Figures: each function draws one and returns it; save() writes it."""
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -63,7 +64,8 @@ def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = ""
     for ax, name, colour in zip(axes[:, 0], names, COLOURS * len(names), strict=False):
         unit = trajectory.unit(name)
         ax.plot(trajectory.t, trajectory[name], color=colour, linewidth=1.2)
-        ax.set_ylabel(f"{name.partition('.')[2].replace('_', ' ')}\n[{unit}]" if unit not in ("", "1") else name)
+        words = textwrap.fill(name.partition(".")[2].replace("_", " ") or name, 18)
+        ax.set_ylabel(f"{words}\n[{unit}]" if unit not in ("", "1") else words, fontsize=9)
         ax.set_title(name, loc="right", fontsize=8, color="0.4")
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("time [s]")

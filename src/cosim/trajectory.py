@@ -15,7 +15,19 @@ CSV_ROWS = 10_000  # that are turned into text at once
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Signals at communication points. `t` (s), shape (n,); `values`, shape (n, len(names)); `names` as `component.variable`."""
+    """Signals at communication points.
+
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Time, s.
+    names : tuple of str
+        `component.variable`, m of them.
+    units : tuple of str
+        Of each signal; empty where none is known.
+    values : ndarray, shape (n, m)
+        One column a signal.
+    """
 
     t: np.ndarray
     names: tuple[str, ...]
@@ -129,7 +141,18 @@ def check_format(file: Path) -> None:
 
 
 def read_csv(file: str | Path) -> Trajectory:
-    """The trajectory in a .csv that `save` wrote; units are not kept there and come back empty."""
+    """The trajectory in a .csv file that Trajectory.save or a streamed run wrote.
+
+    Parameters
+    ----------
+    file : str or Path
+        The file.
+
+    Returns
+    -------
+    Trajectory
+        Units are not kept in such a file and come back empty.
+    """
     with Path(file).open(newline="", encoding="utf-8") as stream:
         header = next(csv.reader(stream))
         values = np.loadtxt(stream, delimiter=",", ndmin=2)

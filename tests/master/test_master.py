@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -166,3 +167,32 @@ def test_a_run_of_built_fmus_loads_no_model_and_no_figure_library() -> None:
         print([m for m in ("casadi", "matplotlib", "scipy", "fmpy", "numba", "pandas") if m in sys.modules], file=sys.stderr)
     """
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stderr.strip() == "[]"
+
+
+def test_a_run_shows_itself_in_five_lines_and_as_a_table_with_a_plot() -> None:
+    run = simulate(system("wheel-pair"), step=1e-2, stop=0.5)
+    first, *_, last = lines = repr(run).splitlines()
+    assert len(lines) == 5
+    assert first == "Run of 'wheel-pair': done at t = 0.5 s"
+    assert "50 macro steps of 0.01 s" in lines[1]
+    assert last.startswith("  coupling energy: ")
+    page = run._repr_html_()
+    assert page.count("<tr>") == 1 + 8
+    assert "vehicle.yaw_angle" in page
+    assert "src='data:image/png;base64,iVBOR" in page
+
+
+def test_what_a_run_shows_executes_nothing_from_a_name() -> None:
+    plan = system("wheel-pair")
+    run = simulate(replace(plan, name="<script>alert(1)</script>"), step=1e-2, stop=0.02)
+    assert "<script" not in run._repr_html_()
+
+
+def test_a_package_that_is_missing_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = simulate(system("wheel-pair"), step=1e-2, stop=0.02)
+    for package, what in (("pandas", run.trajectory.to_pandas), ("xarray", run.trajectory.to_xarray)):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(ModuleNotFoundError, match=rf"needs the package {package}: python -m pip install {package}$"):
+            what()
+    with pytest.raises(ValueError, match="unknown signal 'gyro.nonsense'"):
+        run.trajectory.unit("gyro.nonsense")

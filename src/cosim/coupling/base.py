@@ -39,7 +39,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Algorithm(ABC):
-    """A coupling algorithm with input polynomials of `degree` 0, 1 or 2. It keeps nothing itself, and writes to nobody."""
+    """A coupling algorithm. It keeps nothing itself, and writes to nobody.
+
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the polynomials that inputs follow over a macro step.
+    """
 
     degree: int = 1
 

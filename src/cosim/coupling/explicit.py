@@ -51,7 +51,13 @@ class Explicit(Algorithm):
 
 @dataclass(frozen=True)
 class Jacobi(Explicit):
-    """All slaves step from the same extrapolation, as if side by side. Order degree + 1."""
+    """All slaves step from the same extrapolation, as if side by side. Order degree + 1.
+
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the extrapolation.
+    """
 
     @property
     def name(self) -> str:
@@ -66,6 +72,15 @@ class Nepce(Explicit):
     """Jacobi that corrects the coupled signals, those of power bonds among them, for what the last step's extrapolation missed.
 
     Order degree + 2, at most 3. It needs even macro steps.
+
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the extrapolation.
+
+    References
+    ----------
+    Benedikt, Watzenig and Hofer, Modelling and analysis of the non-iterative coupling process for co-simulation (2013).
     """
 
     @property
@@ -107,7 +122,12 @@ def _missing(network: Network, history: History, degree: int) -> np.ndarray:
 class GaussSeidel(Explicit):
     """Slaves step one after another; the later ones interpolate what the earlier ones have reached. Order degree + 1.
 
-    sequence : component names in the order of stepping; empty for the order in which outputs depend on inputs.
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the extrapolation.
+    sequence : sequence of str
+        Component names in the order of stepping; empty for the order in which outputs depend on inputs.
     """
 
     sequence: Sequence[str] = ()

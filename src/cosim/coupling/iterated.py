@@ -41,8 +41,14 @@ class Update(Protocol):
 class Repeated(Algorithm):
     """Macro steps repeated to agreement. Order degree + 1.
 
-    tolerance : largest change of a coupled output, relative to the largest size it has had, that counts as agreement.
-    max_iterations : ConvergenceError if more are needed.
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the interpolation.
+    tolerance : float
+        Largest change of a coupled output, relative to the largest size it has had, that counts as agreement.
+    max_iterations : int
+        ConvergenceError if more are needed.
     """
 
     tolerance: float = 1e-10
@@ -95,7 +101,21 @@ class Repeated(Algorithm):
 
 @dataclass(frozen=True)
 class Iterated(Repeated):
-    """Relaxation with Aitken's factor: z + w (G(z) - z)."""
+    """Macro steps repeated with relaxation by Aitken's factor: z + w (G(z) - z). Order degree + 1.
+
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the interpolation.
+    tolerance : float
+        Largest change of a coupled output, relative to the largest size it has had, that counts as agreement.
+    max_iterations : int
+        ConvergenceError if more are needed.
+
+    References
+    ----------
+    Kuettler and Wall, Fixed-point fluid-structure interaction solvers with dynamic relaxation (2008).
+    """
 
     @property
     def name(self) -> str:
@@ -109,9 +129,22 @@ class Iterated(Repeated):
 
 @dataclass(frozen=True)
 class Newton(Repeated):
-    """Newton's method with the interface Jacobian J = dG/dz: z + (I - J)^-1 (G(z) - z).
+    """Macro steps repeated with Newton's method and the interface Jacobian J = dG/dz: z + (I - J)^-1 (G(z) - z).
 
-    `memory` holds it as "jacobian", too, shape (n_coupled, n_coupled).
+    Order degree + 1. `memory` holds J as "jacobian", shape (n_coupled, n_coupled).
+
+    Parameters
+    ----------
+    degree : {0, 1, 2}
+        Of the interpolation.
+    tolerance : float
+        Largest change of a coupled output, relative to the largest size it has had, that counts as agreement.
+    max_iterations : int
+        ConvergenceError if more are needed.
+
+    References
+    ----------
+    Sicklinger et al., Interface Jacobian-based co-simulation (2014).
     """
 
     @property

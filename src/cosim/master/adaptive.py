@@ -26,9 +26,21 @@ Taken = tuple[float, float, Step]  # h (s), the time (s) after it, and what the 
 
 @dataclass(frozen=True)
 class Adaptive:
-    """tolerance : relative to the largest size of each coupled output ("doubling") or of the power ("energy").
+    """Macro steps that adapt to an error estimate.
 
-    smallest, largest : bounds of the macro step (s); ConvergenceError where even the smallest is not good enough.
+    Parameters
+    ----------
+    tolerance : float
+        Of each step, relative to the largest size of each coupled output ("doubling") or of the power ("energy").
+    estimate : {"doubling", "energy"}
+        See the module's docstring.
+    smallest, largest : float
+        Bounds of the macro step, s; ConvergenceError where even the smallest is not good enough.
+
+    Raises
+    ------
+    ValueError
+        Names what is wrong.
     """
 
     tolerance: float = 1e-4

@@ -30,7 +30,15 @@ def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_na
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Write the state of the run to `file` every `every` seconds of simulated time. The file is replaced as a whole."""
+    """Write the state of the run now and then. The file is replaced as a whole.
+
+    Parameters
+    ----------
+    file : Path
+        Where it is written, a .npz.
+    every : float
+        Simulated time from one to the next, s.
+    """
 
     file: Path
     every: float = 10.0
@@ -67,7 +75,13 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Resume:
-    """Go on from a checkpoint file."""
+    """Go on from a checkpoint.
+
+    Parameters
+    ----------
+    file : Path
+        What Checkpoint has written, in a run of the same system, values, algorithm, start, step and signals.
+    """
 
     file: Path
 

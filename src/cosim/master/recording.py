@@ -18,9 +18,21 @@ IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most th
 
 @dataclass(frozen=True)
 class Recording:
-    """What to record: signals whose name matches one of `select` (shell patterns; empty: all), every `every` macro steps.
+    """Which results of a run are kept, and where.
 
-    stream : a .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
+    Parameters
+    ----------
+    select : sequence of str
+        Names of signals, or shell patterns of names; empty: all.
+    every : int
+        Keep every so many macro steps, and the last.
+    stream : Path, optional
+        A .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
+
+    Raises
+    ------
+    ValueError
+        Names what is wrong.
     """
 
     select: Sequence[str] = ()

@@ -12,6 +12,7 @@ from ..slaves import Slave, open_slave
 from ..slaves.fmi.unpacked import FmuCache
 from ..systems import System
 from ..trajectory import Trajectory
+from . import shown
 from .energy import BondEnergy, untrustworthy
 from .stepping import Options, Progress, Stepper
 from .time_grid import TimeGrid, macro_steps
@@ -35,17 +36,38 @@ class Timing:
         return self.loop_s - sum(self.do_step_s.values())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """What a run did.
 
-    step : macro step (s), the first one where it adapts. steps : macro steps completed. start : when it began (s).
-    status : "done", "ended" by a stop condition of the system or at a component's request, which `ended_by` tells,
-    "interrupted" by the user, "failed".
-    iterations : passes over macro steps where the algorithm iterates, in all.
-    rejections : macro steps that were taken back to be done shorter.
-    events : how many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
-    warnings : of each component that has given warnings, how many, and the text of the first.
+    Attributes
+    ----------
+    system, algorithm : System, Algorithm
+        What was run, and how.
+    step : float
+        Macro step, s; the first one where it adapts.
+    steps : int
+        Macro steps completed.
+    trajectory : Trajectory
+        The results.
+    energy : tuple of BondEnergy
+        What each power bond carried, and what the coupling added to it.
+    timing : Timing
+        Where the time went.
+    status : {"done", "ended", "interrupted", "failed"}
+        "ended" by a stop condition of the system or at a component's request; "interrupted" by the user.
+    iterations : int
+        Passes over macro steps where the algorithm iterates, in all.
+    rejections : int
+        Macro steps that were taken back to be done shorter.
+    ended_by : str
+        Why it is "ended".
+    start : float
+        When it began, s.
+    events : mapping of str to int
+        How many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
+    warnings : mapping of str to (int, str)
+        Of each component that has given warnings, how many, and the text of the first.
     """
 
     system: System
@@ -62,6 +84,12 @@ class Run:
     start: float = 0.0
     events: Mapping[str, int] = field(default_factory=dict)
     warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return "\n".join(shown.lines(self))
+
+    def _repr_html_(self) -> str:
+        return shown.page(self)
 
     @property
     def coupling_warning(self) -> str:
@@ -95,14 +123,44 @@ def simulate(
     progress: Progress | None = None,
     before_step: Callable[[int], None] | None = None,
 ) -> Run:
-    """Open the system's components, run it from `start` to `stop` (s) at macro step `step` (s), and close them.
+    """Open the system's components, run it, and close them.
 
-    algorithm : Jacobi(1) where None. step, start, stop : the system's own where None.
-    in_process : components of the catalogue run in this process instead of as FMUs. isolate : every FMU in a process of its own.
-    substeps : component name -> in how many parts it does each macro step. loops : what to do with algebraic loops.
-    progress : called now and then with how much is done and how much there is (s). before_step : see run().
-    Raises ValueError for wrong use, SlaveError for a component that fails, ConvergenceError for an iteration without end;
-    their `partial` is the run up to there.
+    Parameters
+    ----------
+    system : System
+        What is run.
+    algorithm : Algorithm, optional
+        How the components are coupled; Jacobi(1) where None.
+    step, start, stop : float, optional
+        Macro step, begin and end, s; the system's own where None.
+    in_process : bool
+        Run components of the catalogue in this process instead of as FMUs.
+    isolate : bool
+        Run every FMU in a process of its own.
+    substeps : mapping of str to int, optional
+        In how many parts a component, by its name, does each macro step.
+    loops : {"solve", "refuse"}
+        What to do with algebraic loops.
+    options : Options, optional
+        Recording, adaptive macro steps, checkpoints.
+    progress : callable, optional
+        Called now and then with how much is done and how much there is, s.
+    before_step : callable, optional
+        See run().
+
+    Returns
+    -------
+    Run
+        Results, energy of the coupling, times.
+
+    Raises
+    ------
+    ValueError
+        Wrong use; nothing has run.
+    SlaveError
+        A component failed; `partial` is the run up to there.
+    ConvergenceError
+        An iteration did not end; `partial` is the run up to there.
     """
     began = time.perf_counter()
     step, stop = system.step if step is None else step, system.stop if stop is None else stop
@@ -120,7 +178,25 @@ def simulate(
 def open_network(
     system: System, *, in_process: bool = False, isolate: bool = False, substeps: Mapping[str, int] | None = None
 ) -> Network:
-    """The system's slaves, opened and wired; close it after use."""
+    """Open and wire the slaves of a system.
+
+    Parameters
+    ----------
+    system : System
+        What is opened.
+    in_process, isolate, substeps
+        See simulate().
+
+    Returns
+    -------
+    Network
+        To be closed after use: `with open_network(system) as network`.
+
+    Raises
+    ------
+    ValueError
+        A component that is not there, a connection that cannot be made.
+    """
     slaves: list[Slave] = []
     cache = FmuCache()
     try:
@@ -145,11 +221,23 @@ def run(
     before_step: Callable[[int], None] | None = None,
     began: float | None = None,
 ) -> Run:
-    """As simulate(), on an open network, which stays open; it starts anew.
+    """As simulate(), on an open network, which stays open; the run starts anew.
 
-    start : when it begins (s), the system's own where None.
-    before_step : called before macro step k = 1, 2, ... with k; what paces a run to a clock waits here.
-    began : when the set-up began (time.perf_counter), for the timing.
+    Parameters
+    ----------
+    network : Network
+        Of open_network().
+    algorithm, step, stop, start, options, progress
+        See simulate().
+    before_step : callable, optional
+        Called before macro step k = 1, 2, ... with k; what paces a run to a clock waits here.
+    began : float, optional
+        When the set-up began (time.perf_counter), for the timing.
+
+    Returns
+    -------
+    Run
+        See simulate(), as for the errors.
     """
     began = time.perf_counter() if began is None else began
     options = options or Options()
@@ -197,6 +285,5 @@ def run(
         warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
     )
     if failure is not None:
-        failure.partial = result
-        raise failure
+        raise failure.keeping(result)
     return result

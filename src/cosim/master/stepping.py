@@ -34,10 +34,19 @@ SHOWN_EVERY = 0.1  # s between two calls of progress
 
 @dataclass(frozen=True)
 class Options:
-    """What a run may do besides stepping evenly and keeping everything; see the classes named.
+    """What a run may do besides stepping evenly and keeping everything.
 
-    compiled : whether the inner loop runs compiled, with the same results to the last bit; None: where the run is long
-    enough to pay for compiling, or loading, it once in this process. Who does many short runs says True.
+    Parameters
+    ----------
+    record : Recording
+        Which results are kept, and where.
+    adaptive : Adaptive, optional
+        Macro steps that adapt.
+    checkpoint, resume : Checkpoint, Resume, optional
+        Write the state of the run now and then; go on from such a state.
+    compiled : bool, optional
+        Whether the inner loop runs compiled, with the same results to the last bit; None: where the run is long enough to
+        pay for compiling, or loading, it once in this process. Who does many short runs says True.
     """
 
     record: Recording = field(default_factory=Recording)

@@ -31,18 +31,40 @@ def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
 
 
 class Network:
-    """Slaves in system order with their wiring. Y, shape (n_Y,), holds the outputs of all slaves one after another.
+    """The slaves of a system with their wiring. Y, shape (n_Y,), holds the outputs of all slaves one after another.
 
-    names, units : of Y, as `component.variable`.
-    slices : the part of Y that belongs to each slave.
-    start : when initialize() was (s).
-    substeps : in how many parts each slave does a macro step; the constructor takes them by component name.
-    order : slave indices, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
-    one_pass : one evaluation of each slave in that order makes all outputs consistent.
-    loops : each algebraic loop spelled out; outputs() solves them. initial_loops : those of initialization mode, where they
-    are others.
-    coupled : places in Y that feed an input.
-    held : places in Y that are never extrapolated.
+    Parameters
+    ----------
+    system : System
+        What is wired.
+    slaves : sequence of Slave
+        Its components, opened, in its order.
+    substeps : mapping of str to int, optional
+        In how many parts a component, by its name, does each macro step.
+
+    Attributes
+    ----------
+    names, units : tuple of str, n_Y of each
+        Of Y, as `component.variable`.
+    slices : tuple of slice
+        Where the outputs of each slave stand in Y.
+    start : float
+        When initialize() was, s.
+    order : tuple of int
+        Slaves, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
+    one_pass : bool
+        Whether one evaluation of each slave in that order makes all outputs consistent.
+    loops, initial_loops : tuple of str
+        Each algebraic loop spelled out, which outputs() solves; those of initialization mode, where they are others.
+    coupled, held : ndarray of int
+        Places in Y that feed an input; places that are never extrapolated.
+
+    Raises
+    ------
+    WiringError
+        Connections that cannot be made.
+    ValueError
+        Values that do not fit.
     """
 
     def __init__(self, system: System, slaves: Sequence[Slave], *, substeps: Mapping[str, int] | None = None) -> None:
