@@ -35,7 +35,7 @@ class AtRest:
 
     def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
         self.system, self.free = system, tuple(free)
-        owners = [system.members(name.partition(".")[0]) for name in self.free]
+        owners = [system.addressed(name.partition(".")[0]) for name in self.free]
         names = [f"{owner}.{n.partition('.')[2]}" for n, found in zip(self.free, owners, strict=True) for owner in found]
         self.monolith = Monolith(system, free=names)
         self._spread = np.zeros((len(names), len(self.free)))  # from q to the parameters of all components
