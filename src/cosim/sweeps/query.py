@@ -1,6 +1,5 @@
 """What a sweep has to know of the components before it begins: which values its axes may take, which signals there are."""
 
-import fnmatch
 from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Any
@@ -9,6 +8,7 @@ from ..errors import unknown
 from ..master import open_network
 from ..network import Network
 from ..systems import System
+from ..trajectory import matching
 from .axes import Value
 
 MEASURES = ("end", "max", "rms")  # of each signal
@@ -55,10 +55,13 @@ class SystemQuery:
     def signals(self, patterns: Sequence[str]) -> tuple[str, ...]:
         """Outputs of any variant that match a pattern; their measures' units are noted."""
         units = {name: unit for network in self._open for name, unit in zip(network.names, network.units, strict=True)}
+        meant: set[str] = set()
         for pattern in patterns:
-            if not fnmatch.filter(units, pattern):
+            matched = matching(pattern, units)
+            if not matched:
                 raise unknown("signal", pattern, units)
-        chosen = tuple(name for name in units if not patterns or any(fnmatch.fnmatchcase(name, p) for p in patterns))
+            meant.update(matched)
+        chosen = tuple(name for name in units if not patterns or name in meant)
         self.units |= {f"{name}.{measure}": units[name] for name in chosen for measure in MEASURES if units[name]}
         return chosen
 
