@@ -1,9 +1,14 @@
 """Gyro units: passive dampers behind one connector, swapped by name.
 
 `VARIANTS` maps the name of a variant to the function that makes the component; nothing is loaded before it is asked for.
-The first is the default. A name alone is the 1/10-scale unit of Table 1, with `_full` the unit of Table 2 (`consistent` mends
+The first is the default. A name alone is the 1/10-scale gyro unit of Table 1, with `_full` that of Table 2 (`consistent` mends
 what is wrong in Table 1 only).
+
+Public besides VARIANTS: `mount` (the connector, for gyro units of your own), `parameters.SMALL` and `parameters.FULL` (the
+paper's tables), `hil.hil` (a test rig around any gyro unit) and the functions that make the variants.
 """
+
+__all__ = ["VARIANTS"]
 
 VARIANTS = {
     "linear": "gyro_cosim.gyro_unit.linear:linear",

@@ -1,4 +1,4 @@
-"""What is left of the unit where its rotor is at rest, or where its gimbal is locked. SI units.
+"""What is left of the gyro unit where its rotor is at rest, or where its gimbal is locked. SI units.
 
 `off`, rotor at rest (H = 0): the gimbal is a pendulum without gravity on its spring and damper, which only pitch moves,
 
@@ -10,7 +10,8 @@
     (M_x, M_y, M_z) = -omega x H e_x = (0, -H psi', H theta')                   (3)
 
 which does no work: M_y theta' + M_z psi' = 0. The locked gimbal's own inertia about y would ride on the frame as those
-about x and z always do; with a free gimbal it does not, and since no acceleration crosses the wall it is left out here.
+about x and z always do; with a free gimbal it does not, and since no acceleration crosses the interface it is left
+out here.
 
 Energy: E' = -(sum of moment times rate) - c eta'^2, exactly, with E = (I_y omega_y^2 + k eta^2) / 2 in `off`, E = 0 in `locked`
 (the rotor keeps its speed in the gimbal, so its energy is a constant, left out).
@@ -25,6 +26,8 @@ from gyro_cosim.component import Component, Variable, build, output
 
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
+
+__all__ = ["locked", "locked_full", "off", "off_full"]
 
 OFF = """\
 I_yg omega_y' = -k eta - c eta',   eta' = omega_y - theta'     (1)
@@ -67,22 +70,22 @@ def _locked(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def off() -> Component:
-    """Rotor at rest, Table 1's numbers."""
+    """Make the gyro unit with its rotor at rest, Table 1's numbers."""
     return _resting("off", "Gyro unit with its rotor at rest", SMALL)
 
 
 def off_full() -> Component:
-    """Rotor at rest, Table 2's numbers."""
+    """Make the gyro unit with its rotor at rest, Table 2's numbers."""
     return _resting("off_full", "Full-scale gyro unit with its rotor at rest", FULL)
 
 
 def locked() -> Component:
-    """Gimbal locked, Table 1's numbers."""
+    """Make the gyro unit with its gimbal locked, Table 1's numbers."""
     return _fixed("locked", "Gyro unit with its gimbal locked", SMALL)
 
 
 def locked_full() -> Component:
-    """Gimbal locked, Table 2's numbers."""
+    """Make the gyro unit with its gimbal locked, Table 2's numbers."""
     return _fixed("locked_full", "Full-scale gyro unit with its gimbal locked", FULL)
 
 

@@ -1,6 +1,6 @@
 """A gyro unit as a hardware-in-the-loop rig sees it: any variant behind sensors, transport and a yaw table. SI units.
 
-    frame's rates -> rate sensor -> transport -> yaw table -> unit -> moment sensor -> transport -> moments on the frame
+    frame's rates -> rate sensor -> transport -> yaw table -> gyro unit -> moment sensor -> transport -> moments on the frame
 
 Sensor (rate, moment; every axis):  f' = 2 pi b (u - f),  m = q round((f + bias + sigma n) / q)          (1)
     every period the newest m is held; where a sample is lost the one before it stays.
@@ -10,9 +10,9 @@ Yaw table:  w' = clip(2 pi b_t (clip(r, +- w_max) - w), +- a_max)               
     a rig turns about one axis: roll and pitch come through ideally, or not at all (`table_tilts`).
 
 Every effect has its own parameter and 0 turns it off, alone or with others (without a bandwidth the acceleration limit follows
-within about a tick). With all off the rates reach the unit, and its moments the frame, without passing anything: bit for bit the
-bare unit. A sampled signal stands, at a communication point, as it was before that instant's sample: reading it costs one tick,
-as an A/D converter does.
+within about a tick). With all off the rates reach the gyro unit, and its moments the frame, without passing anything: bit for
+bit the bare gyro unit. A sampled signal stands, at a communication point, as it was before that instant's sample: reading it
+costs one tick, as with an A/D converter.
 
 A period that is no multiple of the tick is kept in the mean, a tick early or late; one below the tick is the tick.
 Noise and drop-outs come from noise.py: seeded, the same in process and in the FMU.
@@ -34,16 +34,18 @@ from .nonlinear import nonlinear, nonlinear_full
 from .rig_parameters import RIG_FULL, RIG_SMALL
 from .transport import Transport
 
+__all__ = ["AXES", "LONGEST_DELAY", "TICK", "WAYS", "full", "hil", "small"]
+
 AXES = ("yaw", "roll", "pitch")
 WAYS = ("rate", "moment")
 TICK = 1e-3  # s
 LONGEST_DELAY = 0.025  # s, each way
 
 EQUATIONS = """\
-rates -> rate sensor -> transport -> yaw table -> unit -> moment sensor -> transport -> moments
+rates -> rate sensor -> transport -> yaw table -> gyro unit -> moment sensor -> transport -> moments
 sensor:  f' = 2 pi b (u - f),   m = q round((f + bias + sigma n) / q), held for a period, or longer where samples are lost     (1)
 table:   w' = clip(2 pi b_t (clip(r, +-w_max) - w), +-a_max)                                                             (2)
-the unit inside:
+the gyro unit inside:
 """
 
 Symbols = dict[str, ca.SX]
@@ -123,7 +125,7 @@ class _Way:
 
 
 class _Rig:
-    """The unit inside and what stands around it, as functions of the symbols."""
+    """The gyro unit inside and what stands around it, as functions of the symbols."""
 
     def __init__(self, plant: Component, transport: Transport) -> None:
         self.plant = plant
@@ -138,7 +140,7 @@ class _Rig:
         return {v.name: values[i] for i, v in enumerate(rows)}
 
     def table(self, s: Symbols) -> tuple[dict[str, ca.SX], ca.SX]:
-        """(2): the rates that the unit feels, and the derivative of the table's own rate."""
+        """(2): the rates that the gyro unit feels, and the derivative of the table's own rate."""
         yaw, roll, pitch = self.rate.received(s, [s[f"{axis}_rate"] for axis in AXES])
         w_max, b, a_max = s["table_rate_limit"], s["table_bandwidth"], s["table_acceleration_limit"]
         r = ca.if_else(w_max > 0, ca.fmax(-w_max, ca.fmin(w_max, yaw)), yaw)
@@ -164,7 +166,7 @@ class _Rig:
         return derivatives, outputs | received | {"unit_yaw_rate": rates["yaw_rate"], "unit_yaw_moment": moments[0]}
 
     def sample(self, s: Symbols) -> dict[str, Any]:
-        """A tick: draw, record the rates, and with what then reaches the unit the moments."""
+        """A tick: draw, record the rates, and with what then reaches the gyro unit the moments."""
         changed: Symbols = {"phase": ca.SX(0)} | self.rate.draw(s) | self.moment.draw(s)
         changed |= self.rate.record(s | changed, [s[f"{axis}_rate"] for axis in AXES])
         after = s | changed
@@ -176,11 +178,30 @@ class _Rig:
 
 def hil(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG_SMALL, tick: float = TICK,
         longest_delay: float = LONGEST_DELAY) -> Component:  # fmt: skip
-    """`plant` behind a rig with the parameters `rig`.
+    """Put a gyro unit behind a test rig.
 
-    tick : between the entries of the rig's records (s), the unit of sampling, noise and drop-outs.
-    longest_delay : what the records hold each way (s); each tick of it costs six states.
-    ValueError where the plant lacks the connector or has a sampled part of its own.
+    Parameters
+    ----------
+    plant : Component
+        The gyro unit on the rig, with the connector of the mount.
+    variant : str
+        What the result is called.
+    rig : sequence of Variable
+        Parameters of the rig, such as RIG_SMALL or RIG_FULL of `gyro_unit.rig_parameters`.
+    tick : float
+        Time (s) between the entries of the rig's records: sampling, noise and drop-outs go by it.
+    longest_delay : float
+        What the records hold each way (s); each tick of it costs six states.
+
+    Returns
+    -------
+    Component
+        A component with the plant's connector and variables, and the rig's.
+
+    Raises
+    ------
+    ValueError
+        If the plant lacks the connector or has a sampled part of its own, or tick or delay are out of range.
     """
     known = {v.name: v.causality for v in plant.variables}
     for row in CONNECTOR:
@@ -193,8 +214,8 @@ def hil(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG
     table = [replace(v, max=transport.longest) if v.name.endswith("_delay") else v for v in rig]
     rows = (
         *plant.variables,
-        output("unit_yaw_rate", "rad/s", "yaw rate that the unit on the table feels", nominal=1.0),
-        output("unit_yaw_moment", "N.m", "yaw moment of the unit on the table, true and now", nominal=0.01),
+        output("unit_yaw_rate", "rad/s", "yaw rate that the gyro unit on the table feels", nominal=1.0),
+        output("unit_yaw_moment", "N.m", "yaw moment of the gyro unit on the table, true and now", nominal=0.01),
         state("tick", "1", "ticks done", discrete=True, source="rig"),
         state("phase", "s", "time since the last tick", source="rig"),
         state("table_rate", "rad/s", "rate of the yaw table", source="rig"),
@@ -210,10 +231,10 @@ def hil(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG
 
 
 def small() -> Component:
-    """The nonlinear unit with Table 1's numbers on a table-top rig."""
+    """Make the nonlinear gyro unit with Table 1's numbers on a table-top rig."""
     return hil(nonlinear())
 
 
 def full() -> Component:
-    """The nonlinear unit with Table 2's numbers on a full-size rig."""
+    """Make the nonlinear gyro unit with Table 2's numbers on a full-size rig."""
     return hil(nonlinear_full(), variant="hil_full", rig=RIG_FULL)

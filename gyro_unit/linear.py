@@ -9,8 +9,8 @@ H = I_xg Omega spin momentum, k = k_g d_g^2, c = c_g d_g^2. psi' and theta' are 
 omega_y, the gimbal's absolute rate, is the state, so that no acceleration of the frame is needed.
 With theta' = 0 equation (1) is the paper's equation (3) and M_z its term I_xg Omega eta' in equation (2).
 
-Energy: E = I_y omega_y^2 / 2 + k eta^2 / 2 gives E' = -(M_z psi' + M_y theta') - c eta'^2: what the unit takes from the
-frame it stores or turns into heat, at every spin.
+Energy: E = I_y omega_y^2 / 2 + k eta^2 / 2 gives E' = -(M_z psi' + M_y theta') - c eta'^2: what the gyro unit takes
+from the frame it stores or turns into heat, at every spin.
 Source: paper, eqs. (2)-(3), Table 1; the pitch axis follows from the angular momentum balance of nonlinear.py for small eta.
 """
 
@@ -22,6 +22,8 @@ from gyro_cosim.component import Component, Variable, build
 
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
+
+__all__ = ["linear", "linear_full"]
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H psi',   eta' = omega_y - theta'     (1)
@@ -53,16 +55,16 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def linear() -> Component:
-    """The paper's gyro unit with Table 1's numbers."""
-    return _unit("linear", "Single-gimbal gyroscopic damper, linear in the gimbal angle", SMALL)
+    """Make the paper's gyro unit with Table 1's numbers."""
+    return _variant("linear", "Single-gimbal gyroscopic damper, linear in the gimbal angle", SMALL)
 
 
 def linear_full() -> Component:
-    """The same equations with Table 2's numbers: the unit of the full vehicle."""
-    return _unit("linear_full", "Full-scale single-gimbal gyroscopic damper, linear in the gimbal angle", FULL)
+    """Make the same with Table 2's numbers: the gyro unit of the full vehicle."""
+    return _variant("linear_full", "Full-scale single-gimbal gyroscopic damper, linear in the gimbal angle", FULL)
 
 
-def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,

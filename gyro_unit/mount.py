@@ -1,12 +1,21 @@
 """The connector of the gyro mount, the same for every variant and every vehicle, and the signals every variant reports.
 
-Into the unit: the absolute rates of the frame that carries it, about its axes x (forward), y (lateral) and z (up).
+Into the gyro unit: the absolute rates of the frame that carries it, about its axes x (forward), y (lateral) and z (up).
 Out of it: the moments on that frame about the same axes, so that rate times moment is the power INTO the vehicle.
 A variant without a pitch or roll moment returns 0 for it. Gimbal and rotor masses that ride on the frame belong to the
-vehicle, so that no acceleration crosses the wall.
+vehicle, so that no acceleration crosses the interface.
+
+Rows for the table of a gyro unit of your own:
+
+    CONNECTOR   rates of the frame (inputs, rad/s) and moments on it (outputs, N m); every gyro unit has these
+    BONDS       their pairs, by axis: what `build` gets as `bonds`
+    ENERGY      stored energy E (J) and dissipated power P (W), with E' = -(sum of moment times rate) - P
+    GIMBAL      angle (rad) and absolute rate (rad/s) of a gimbal, for those that have one
 """
 
 from gyro_cosim.component import Bond, Variable, input_, output, state
+
+__all__ = ["BONDS", "CONNECTOR", "ENERGY", "GIMBAL"]
 
 BONDS = tuple(Bond("mount", axis, motion=f"{axis}_rate", effort=f"{axis}_moment") for axis in ("yaw", "roll", "pitch"))
 

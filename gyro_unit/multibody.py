@@ -8,7 +8,7 @@ Derivation. w = (phi', theta', psi') is the frame's absolute rate in frame axes,
 Gimbal and rotor together have the momentum L = (A omega_x1 + C W) e_x1 + B omega_y e_y + A omega_z1 e_z1: C rotor about
 its spin axis, W its absolute spin rate, B both about y, A both about z1 and the gimbal about x1, taken as equal. Then
 A (omega_x1 e_x1 + omega_z1 e_z1) = A (phi' e_x + psi' e_z) is fixed in the frame whatever eta: it RIDES ON THE FRAME, as the
-inertia A about x and z that the vehicle carries. So no acceleration crosses the wall, and nothing is lost. (For unequal
+inertia A about x and z that the vehicle carries. So no acceleration crosses the interface, and nothing is lost. (For unequal
 inertias a term would be missing, their difference times a frame acceleration times sin(eta); no table separates them.)
 The frame exerts on the rest, C W e_x1 + B omega_y e_y, the moment at which that changes, and feels its reaction; the first
 part turns with the gimbal's absolute rate, the second with the frame's (Euler's equations):
@@ -44,6 +44,8 @@ from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 from .rotor_parameters import ROTOR_FULL, ROTOR_SMALL
 
+__all__ = ["multibody", "multibody_full"]
+
 EQUATIONS = """\
 C W' = T                                                                                  (1)
 B omega_y' = -C W omega_z1 - tau,   eta' = omega_y - theta'                               (2)
@@ -60,7 +62,7 @@ ROTOR = (
           source="our derivation"),
     state("speed_integral", "rad", "integral of the speed error in the controller", symbol="z", nominal=1.0, source="assumed"),
     output("spin", "rad/s", "spin of the rotor in its gimbal", symbol="Omega_r", nominal=10.0),
-    output("motor_power", "W", "mechanical power of the motor into the unit", symbol="P_m", nominal=0.01),
+    output("motor_power", "W", "mechanical power of the motor into the gyro unit", symbol="P_m", nominal=0.01),
 )  # fmt: skip
 
 
@@ -112,17 +114,17 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def multibody() -> Component:
-    """Table 1's numbers."""
-    return _unit("multibody", "Gyro unit with rotor, motor and inner gimbal as rigid bodies", (*SMALL, *ROTOR_SMALL))
+    """Make the gyro unit with Table 1's numbers."""
+    return _variant("multibody", "Gyro unit with rotor, motor and inner gimbal as rigid bodies", (*SMALL, *ROTOR_SMALL))
 
 
 def multibody_full() -> Component:
-    """Table 2's numbers."""
+    """Make the gyro unit with Table 2's numbers."""
     description = "Full-scale gyro unit with rotor, motor and inner gimbal as rigid bodies"
-    return _unit("multibody_full", description, (*FULL, *ROTOR_FULL))
+    return _variant("multibody_full", description, (*FULL, *ROTOR_FULL))
 
 
-def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ROTOR, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,

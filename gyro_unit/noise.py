@@ -14,6 +14,8 @@ from math import sqrt
 
 import casadi as ca
 
+__all__ = ["MAX_SEED", "Stream"]
+
 P = 67108859.0
 MAX_SEED = 67108858.0
 _ROUND = 22695477.0  # an odd constant without meaning, so that 0 is no fixed point
@@ -24,7 +26,15 @@ def _cube(h: ca.SX, k: float) -> ca.SX:
 
 
 class Stream:
-    """Numbers for one value of the counter; every draw is another. seed, counter : whole numbers below p; channel : 0, 1, ..."""
+    """Random numbers for one value of the counter; every draw is another.
+
+    Parameters
+    ----------
+    seed, counter : casadi.SX
+        Whole numbers from 0 to p - 1.
+    channel : int
+        0, 1, ...: channels of one seed are independent.
+    """
 
     def __init__(self, seed: ca.SX, channel: int, counter: ca.SX) -> None:
         h = _cube(ca.fmod(seed + 1.0, P), _ROUND + channel)

@@ -27,6 +27,8 @@ from gyro_cosim.component import Component, Variable, build
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 
+__all__ = ["consistent", "nonlinear", "nonlinear_full"]
+
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H (psi' cos(eta) + phi' sin(eta)),   eta' = omega_y - theta'     (1)
 M_z = H omega_y cos(eta)                                                                           (2)
@@ -57,27 +59,27 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def nonlinear() -> Component:
-    """The gyro unit with Table 1's numbers and the full gimbal geometry."""
-    return _unit("nonlinear", "Single-gimbal gyroscopic damper with large gimbal angles", SMALL)
+    """Make the gyro unit with Table 1's numbers and the full gimbal geometry."""
+    return _variant("nonlinear", "Single-gimbal gyroscopic damper with large gimbal angles", SMALL)
 
 
 def nonlinear_full() -> Component:
-    """The same equations with Table 2's numbers: the unit of the full vehicle."""
-    return _unit("nonlinear_full", "Full-scale single-gimbal gyroscopic damper with large gimbal angles", FULL)
+    """Make the same with Table 2's numbers: the gyro unit of the full vehicle."""
+    return _variant("nonlinear_full", "Full-scale single-gimbal gyroscopic damper with large gimbal angles", FULL)
 
 
 def consistent() -> Component:
-    """As `nonlinear`, with the smallest gimbal inertia a rigid rotor of Table 1's I_xg can have: a thin disc, I_xg / 2."""
+    """Make `nonlinear` with the smallest gimbal inertia a rigid rotor of Table 1's I_xg can have: a thin disc, I_xg / 2."""
     disc = next(v.start for v in SMALL if v.name == "rotor_inertia") / 2
     table = tuple(
         replace(v, start=disc, source="thin disc: I_xg / 2; Table 1's 1.3e-4 is impossible for a rigid body",
                 assumed=(disc, 2 * disc)) if v.name == "gimbal_inertia" else v
         for v in SMALL
     )  # fmt: skip
-    return _unit("consistent", "As nonlinear, with a physically possible gimbal inertia", table)
+    return _variant("consistent", "As nonlinear, with a physically possible gimbal inertia", table)
 
 
-def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,

@@ -1,10 +1,10 @@
 """Parameters of the gyro units: number, unit, source; what is not given in the paper is marked `assumed`.
 
-SMALL is Table 1 of the paper, the unit on the 1/10-scale wheel pair. As printed it is no rigid body: a body's inertia
+SMALL is Table 1 of the paper, the gyro unit on the 1/10-scale wheel pair. As printed it is no rigid body: a body's inertia
 about one axis cannot exceed the sum of the other two, but I_xg = 3.7e-4 > I_yg + I_zg = 2.6e-4 kg m2. We keep the numbers
 to reproduce the paper; the variant `consistent` replaces I_yg.
 
-FULL is Table 2 of the paper, the unit on a wheel frame of the full vehicle. Table 2 gives springs and dampers in N/m and
+FULL is Table 2 of the paper, the gyro unit on a wheel frame of the full vehicle. Table 2 gives springs and dampers in N/m and
 N s/m, so d_g is a real lever arm here; how many of them act is not given in the paper: k_g = n k_z, c_g = n c_z. This file is
 the source of k_z, c_z and n for the gyro units; a test ties them to the vehicle's parameter sets and to the systems' values.
 """

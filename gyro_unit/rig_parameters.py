@@ -1,13 +1,15 @@
-"""The test rig around a gyro unit: table, sensors, transport. 0 turns an effect off; with all off the rig is the bare unit.
+"""The test rig around a gyro unit: table, sensors, transport. 0 turns an effect off; with all off the rig is the bare gyro unit.
 
-Every number is assumed: RIG_SMALL a table-top rig for the 1/10-scale unit, RIG_FULL a machine-hall one for the full-scale
-unit. Replace them by the data sheets of your own. Signals are in SI: a 16-bit rate sensor of +-300 deg/s has steps of
-1.6e-4 rad/s.
+Every number is assumed: RIG_SMALL a table-top rig for the 1/10-scale gyro unit, RIG_FULL a machine-hall one for the
+full-scale gyro unit. Replace them by the data sheets of your own. Signals are in SI: a 16-bit rate sensor of +-300 deg/s has
+steps of 1.6e-4 rad/s.
 """
 
 from gyro_cosim.component import Variable, parameter
 
 from .noise import MAX_SEED
+
+__all__ = ["MAX_BANDWIDTH", "OFF", "RIG_FULL", "RIG_SMALL", "sensor"]
 
 _ASSUMED = "assumed, see gyro_unit/rig_parameters.py"
 MAX_BANDWIDTH = 200.0  # Hz; a first-order lag of it is resolved by an internal step of 1 ms
@@ -22,7 +24,7 @@ def _limit(name: str, start: float, unit: str, meaning: str, max: float | None =
 def sensor(
     way: str, unit: str, *, bandwidth: float, bias: float, noise: float, quantisation: float, period: float, delay: float
 ) -> tuple[Variable, ...]:
-    """The rows of one way, "rate" (towards the unit) or "moment" (back)."""
+    """The rows of one way, "rate" (towards the gyro unit) or "moment" (back)."""
     return (
         _limit(f"{way}_bandwidth", bandwidth, "Hz", f"bandwidth of the {way} sensor, first order", MAX_BANDWIDTH),
         parameter(f"{way}_bias", bias, unit, f"bias of the {way} sensor, about every axis", source=_ASSUMED,

@@ -7,6 +7,8 @@ at about 200 rad/s with the gimbal, which an internal step of 1 ms resolves.
 
 from gyro_cosim.component import Variable, parameter
 
+__all__ = ["ROTOR_FULL", "ROTOR_SMALL"]
+
 _ASSUMED = "assumed, see gyro_unit/rotor_parameters.py"
 
 

@@ -7,13 +7,27 @@ import casadi as ca
 
 from gyro_cosim.component import Variable, state
 
+__all__ = ["Transport"]
+
 
 @dataclass(frozen=True)
 class Transport:
-    """Records for delays up to `longest` (s), rounded up to whole ticks of `tick` (s).
+    """Records for delays of up to a longest one, rounded up to whole ticks.
 
     For a signal S the record is S_record[0], [1], ...: the entries of this tick and of those before it; S_newer, S_at and
     S_older are the entries around the delay, picked once a tick so that reading costs nothing in between.
+
+    Attributes
+    ----------
+    tick : float
+        Time (s) between two entries.
+    longest_wanted : float
+        Delay (s) that must be possible; `longest` is it in whole ticks.
+
+    Raises
+    ------
+    ValueError
+        If the tick is not positive or the delay negative.
     """
 
     tick: float

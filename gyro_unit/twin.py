@@ -10,12 +10,12 @@ absolute rates are theta' + eta' and theta' - eta'. Each gives its frame what no
 
 The two first-order pitch moments, +- (H/2) psi', cancel in the frame, and so does the drive of the gimbals by pitch, so
 that the spring sits in the gear and leaves the frame alone: in a steady curve M_y = 0, where the single gimbal loads its frame
-with H psi'. What is left, (3) and (4), is of second order and does no work. With theta' = phi' = 0 the unit is nonlinear.py.
+with H psi'. What is left, (3) and (4), is of second order and does no work. With theta' = phi' = 0 it is nonlinear.py.
 
 H, I_y, k, c : of both rotors and gimbals together. Their inertia about y under the frame's own pitch, I_y theta'', rides on the
 frame like those about x and z.
 Energy: E = (I_y eta'^2 + k eta^2) / 2 gives E' = -(M_x phi' + M_y theta' + M_z psi') - c eta'^2, exactly.
-Source: our derivation from the angular momentum balance; no such unit is in the paper.
+Source: our derivation from the angular momentum balance; no such gyro unit is in the paper.
 """
 
 from typing import Any
@@ -26,6 +26,8 @@ from gyro_cosim.component import Component, Variable, build, state
 
 from .mount import BONDS, CONNECTOR, ENERGY
 from .parameters import FULL, SMALL
+
+__all__ = ["twin", "twin_full"]
 
 EQUATIONS = """\
 I_yg eta'' = -k eta - c eta' - H psi' cos(eta)     (1)
@@ -61,16 +63,16 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def twin() -> Component:
-    """Two half rotors with Table 1's numbers together."""
-    return _unit("twin", "Two counter-rotating rotors in geared gimbals", SMALL)
+    """Make the pair of half rotors with Table 1's numbers together."""
+    return _variant("twin", "Two counter-rotating rotors in geared gimbals", SMALL)
 
 
 def twin_full() -> Component:
-    """Two half rotors with Table 2's numbers together."""
-    return _unit("twin_full", "Full-scale pair of counter-rotating rotors in geared gimbals", FULL)
+    """Make the pair of half rotors with Table 2's numbers together."""
+    return _variant("twin_full", "Full-scale pair of counter-rotating rotors in geared gimbals", FULL)
 
 
-def _unit(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
+def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GEARED, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,

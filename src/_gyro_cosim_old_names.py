@@ -90,6 +90,7 @@ MOVED = {  # modules that are called otherwise in their package, too; what stand
     "cosim.studies.rest": "gyro_cosim.stability.at_rest",
     "cosim.studies.signals": "gyro_cosim.stability.root_paths",
     "cosim.sweep": "gyro_cosim.sweeps",
+    "cosim.sweep.inquiry": "gyro_cosim.sweeps.query",
     "cosim.system": "gyro_cosim.systems",
     "cosim.tolerance": "gyro_cosim.comparison.tolerances",
     "cosim.unit_energy": "gyro_cosim.comparison.unit_energy",

@@ -6,7 +6,6 @@ track from 1 mm tells whether the vehicle is stable there: where it is not, no N
 comes to. Set A has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/comfort.py [--short]
 """
 
-import json
 import sys
 from itertools import product
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 
 from gyro_cosim import figures, system
 from gyro_cosim.railway import comfort
-from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep, write_summary
 from gyro_cosim.systems import catalogue
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.car_body import masses
@@ -118,4 +117,4 @@ if __name__ == "__main__":
             column[0].annotate(word, (v[-1], limit), va="top", ha="right", fontsize=7, color="0.4")
     made.suptitle("filled: stable on even track; hollow: unstable, against the flanges; cross: derails", fontsize=10)
     figures.save(made, FOLDER / "comfort.png")
-    (FOLDER / "comfort.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")
+    write_summary(FOLDER / "comfort.json", summary)

@@ -6,7 +6,6 @@ of the FMUs just under and just over it, begun in the mode, must decay and grow 
 Run: python studies/critical_speed.py [--short]
 """
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from gyro_cosim import Connection, Jacobi, System, SystemComponent, figures, sim
 from gyro_cosim.master import Options
 from gyro_cosim.master.recording import Recording
 from gyro_cosim.stability import AtRest, measured_root
+from gyro_cosim.sweeps import write_summary
 
 # ---- parameters
 SHORT = "--short" in sys.argv
@@ -106,7 +106,7 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
     column[1].legend(fontsize=8)
 figures.save(made, FOLDER / "critical_speed.png")
 command = " ".join(["python studies/critical_speed.py", *sys.argv[1:]])
-(FOLDER / "critical_speed.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
+write_summary(FOLDER / "critical_speed.json", {"command": command} | summary)
 for name, found in summary.items():
     print(f"{name}:", ", ".join(f"{spin} {v:.3f} m/s" for spin, v in found["critical_speeds"].items()))
     print("    growth of the least damped root at 50 m/s [1/s]:", found["growth_at_50"])

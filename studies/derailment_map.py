@@ -5,7 +5,6 @@ Runs that hunt in the flanges are chaotic, so each cell is a few runs that start
 Parameter set A has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/derailment_map.py [--short]
 """
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from matplotlib.patches import Patch
 from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
 from gyro_cosim.railway.safety import LIMIT
-from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep, write_summary
 from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
@@ -106,4 +105,4 @@ if __name__ == "__main__":
     made.legend(handles=[Patch(color=colour, label=word) for word, colour in KINDS.items()], loc="outside lower center", ncols=3)
     made.suptitle("Curve of 60 m. In the cells: median of the largest Y/Q by EN 14363, or how many of the starts derail")
     figures.save(made, FOLDER / "derailment_map.png")
-    (FOLDER / "derailment_map.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")
+    write_summary(FOLDER / "derailment_map.json", summary)

@@ -6,7 +6,6 @@ is freed of friction, so that the motor's power is what the spin axis' own balan
 1200 kg. Set A has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/gyro_cost.py [--short]
 """
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 
 from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
-from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep, write_summary
 from gyro_cosim.systems import StopWhen, catalogue
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
@@ -26,7 +25,7 @@ FOLDER = Path("results/studies/short" if SHORT else "results/studies")
 SYSTEMS = {"B": "lrt-curve-b"} if SHORT else {"A": "lrt-curve", "B": "lrt-curve-b"}
 RADIUS, BEFORE, BEHIND = 50.0, 20.0, 50.0  # m; straight track before the entry transition and behind the curve
 starts = "0mm" if SHORT else "0mm,0.1mm,-0.1mm"
-speeds = "5,8" if SHORT else "4,5,6,7,8,9"  # m/s
+speeds = (5.0, 8.0) if SHORT else (4.0, 5.0, 6.0, 7.0, 8.0, 9.0)  # m/s
 spins = (0.0, 2000.0) if SHORT else (0.0, 500.0, 1000.0, 2000.0, 4000.0)  # rpm
 SHOWN = (5.0, 8.0)  # m/s
 LOOSE = dict.fromkeys(("gyro.bearing_friction", "gyro.bearing_viscous_friction"), 0.0)
@@ -82,8 +81,9 @@ if __name__ == "__main__":
         plan = replace(plan, stop_when=(*plan.stop_when, StopWhen(("vehicle", "body_distance"), length, "end of the track")))
 
         # ---- run
-        values = {"vehicle.speed": speeds, "vehicle.curve_radius": f"{RADIUS:g}", "vehicle.front_lateral_displacement": starts}
-        what = Sweep(plan, values, cases=cases, signals=("vehicle.body_distance",), stop=1.2 * length / float(speeds[0]),
+        values = {"vehicle.speed": ",".join(map(repr, speeds)), "vehicle.curve_radius": f"{RADIUS:g}",
+                  "vehicle.front_lateral_displacement": starts}  # fmt: skip
+        what = Sweep(plan, values, cases=cases, signals=("vehicle.body_distance",), stop=1.2 * length / min(speeds),
                      measure=Measure(cost_and_gain, COLUMNS))  # fmt: skip
         outcome = sweep(what, FOLDER / f"gyro-cost-{name}.npz")
         table = load(FOLDER / f"gyro-cost-{name}.npz")
@@ -116,4 +116,4 @@ if __name__ == "__main__":
         axes[0, 0].plot(spins, H * v / RADIUS, color=colour, linewidth=5.0, alpha=0.25, label=f"H v / R, {v:g} m/s")
     axes[0, 0].legend(fontsize=7)
     figures.save(made, FOLDER / "gyro_cost.png")
-    (FOLDER / "gyro_cost.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")
+    write_summary(FOLDER / "gyro_cost.json", summary)

@@ -17,6 +17,7 @@ from gyro_cosim import Jacobi, figures, simulate, system
 from gyro_cosim.master import Options
 from gyro_cosim.master.recording import Recording
 from gyro_cosim.stability import AtRest, Release, optimum
+from gyro_cosim.sweeps import write_summary
 
 # ---- parameters: q = (spin, k_g, c_g, d_g); bounds: 1 to 4 of the tables' springs and dampers, d_g and spin as docs/vehicle.md
 SHORT = "--short" in sys.argv
@@ -54,7 +55,10 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
     # ---- run
     best = optimum(release, bounds, starts=1 if SHORT else 3, level=level)
     designs = {"default": rest.q0, "optimum": best.q}
-    found = summary[name] = {"at_bound": best.at_bound, "criteria": best.found, "evaluations": best.evaluations}
+    found = summary[name] = {
+        "at_bound": best.at_bound, "criteria": best.criteria, "evaluations": best.evaluations,
+        "not_converged": best.not_converged,
+    }  # fmt: skip
     for label, q in designs.items():
         spin, k, c, d = q
         found[label] = {"spin_rpm": spin / RPM, "springs": k / bounds[1, 0], "dampers": c / bounds[2, 0], "d_g": d,
@@ -113,7 +117,7 @@ for ax in axes:
     ax.legend(fontsize=8)
 figures.save(made, FOLDER / "optimum.png")
 command = " ".join(["python studies/optimum.py", *sys.argv[1:]])
-(FOLDER / "optimum.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
+write_summary(FOLDER / "optimum.json", {"command": command} | summary)
 for name, entry in summary.items():
     for label, value in entry.items():
         print(f"{name}, {label}:", json.dumps(value))

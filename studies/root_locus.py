@@ -4,7 +4,6 @@
 has Table 2's wheels, B wheels almost without spin inertia. Run: python studies/root_locus.py [--short]
 """
 
-import json
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from scipy.optimize import brentq
 from gyro_cosim import figures, system
 from gyro_cosim.stability import AtRest
 from gyro_cosim.stability.figures import root_locus
+from gyro_cosim.sweeps import write_summary
 
 # ---- parameters
 SHORT = "--short" in sys.argv
@@ -98,7 +98,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     row[2].legend(fontsize=8)
 figures.save(made, FOLDER / "root_locus.png")
 command = " ".join(["python studies/root_locus.py", *sys.argv[1:]])
-(FOLDER / "root_locus.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
+write_summary(FOLDER / "root_locus.json", {"command": command} | summary)
 for name, found in summary.items():
     print(f"set {name}: least damped root at {SPEED:g} m/s [1/s]:", {n: round(g, 4) for n, g in found["growth_at_8"].items()})
     print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in found["critical_speeds"].items()})

@@ -6,7 +6,6 @@ gyro_cosim.sweeps. Parameter set A has Table 2's wheels, B wheels almost without
 Run: python studies/safe_speed.py [--short]
 """
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 from gyro_cosim import figures, system
 from gyro_cosim.railway.assessment import assess
 from gyro_cosim.railway.safety import LIMIT
-from gyro_cosim.sweeps import Measure, Sweep, load, sweep
+from gyro_cosim.sweeps import Measure, Sweep, load, sweep, write_summary
 from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 from gyro_cosim.vehicle.parameter_sets import parameter_set
@@ -110,4 +109,4 @@ if __name__ == "__main__":
         ax.legend(fontsize=8)
     made.suptitle("arrow: unsafe at the slowest speed already; ring: safe again above an unsafe speed", fontsize=10)
     figures.save(made, FOLDER / "safe_speed.png")
-    (FOLDER / "safe_speed.json").write_text(json.dumps(summary, indent=1).replace("NaN", "null") + "\n")
+    write_summary(FOLDER / "safe_speed.json", summary)

@@ -5,7 +5,6 @@ vehicle comes to rest, with the line of zero drawn. Roots that say nothing, as o
 size: their coordinates are not in the equations (gyro_cosim.stability.AtRest). Run: python studies/stability_map.py [--short]
 """
 
-import json
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from gyro_cosim import figures, system
 from gyro_cosim.stability import AtRest
+from gyro_cosim.sweeps import write_summary
 
 # ---- parameters
 SHORT = "--short" in sys.argv
@@ -89,6 +89,6 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     row[1].legend(fontsize=8, loc="lower right")
 figures.save(made, FOLDER / "stability_map.png")
 command = " ".join(["python studies/stability_map.py", *sys.argv[1:]])
-(FOLDER / "stability_map.json").write_text(json.dumps({"command": command} | summary, indent=1) + "\n")
+write_summary(FOLDER / "stability_map.json", {"command": command} | summary)
 for name, found in summary.items():
     print(f"set {name}: " + "; ".join(f"{key.replace('_', ' ')} {value}" for key, value in found.items()))

@@ -2,7 +2,13 @@
 
 `VARIANTS` maps the name of a variant to the function that makes the component; nothing is loaded before it is asked for.
 The first is the default.
+
+Public besides VARIANTS: `lrt.lrt`, `wheel_pair.wheel_pair`, `wheelset.wheelset` and the functions of `variants`, which make the
+components; `track` and `spectra` (the track as data), `profiles`, `contact`, `creep_laws` and `kalker` (wheel and rail as plain
+functions), `parameter_sets`. The other modules hold the equations of the vehicle.
 """
+
+__all__ = ["VARIANTS"]
 
 VARIANTS = {
     "wheel_pair": "gyro_cosim.vehicle.wheel_pair:wheel_pair",

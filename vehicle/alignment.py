@@ -23,7 +23,7 @@ import casadi as ca
 from .rotation import about_x, about_y, about_z, column
 
 NODES = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))  # of Gauss-Legendre on 0..1, with weights
-CAPACITY = 4  # free knots beside the four of the standard curve, unless a builder asks for more
+CAPACITY = 4  # free knots beside the four of the standard curve, unless a vehicle is built with more
 COLUMNS = ("position", "curvature_slope", "cant_slope", "gradient_slope")
 
 

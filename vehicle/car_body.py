@@ -78,5 +78,5 @@ def rotational_energy(s: Mapping[str, ca.SX], omega: ca.SX, angles: tuple[Any, A
     """Kinetic energy of the rotation about the common centre (J)."""
     Jxx, Jyy, Jxy, Jzz = common_inertia(s, angles)
     wx, wy, wz = omega[0], omega[1], omega[2]
-    own = s["bogie_izz"] * (rates[0] ** 2 + rates[1] ** 2)
-    return (Jxx * wx**2 + Jyy * wy**2 + 2 * Jxy * wx * wy + Jzz * wz**2 + own) / 2
+    of_bogies = s["bogie_izz"] * (rates[0] ** 2 + rates[1] ** 2)
+    return (Jxx * wx**2 + Jyy * wy**2 + 2 * Jxy * wx * wy + Jzz * wz**2 + of_bogies) / 2

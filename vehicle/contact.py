@@ -14,6 +14,8 @@ from scipy.special import ellipe, ellipk
 from .creep_laws import Patch, creep_law
 from .kalker import coefficients
 
+__all__ = ["CreepForces", "HertzPatch", "creep_forces", "hertz_patch"]
+
 
 class HertzPatch(NamedTuple):
     """Semi-axes `a` (along the rolling direction) and `b` (m), approach of the bodies (m), largest pressure (Pa)."""
@@ -40,10 +42,32 @@ def hertz_patch(
     youngs_modulus: float,
     poisson_ratio: float,
 ) -> HertzPatch:
-    """The elliptic contact of wheel and rail, both of one material, by Hertz' theory with exact elliptic integrals.
+    """Compute the elliptic contact of wheel and rail, both of one material, by Hertz' theory with exact elliptic integrals.
 
-    Radii in m, positive where convex, `math.inf` where straight, the wheel's transverse one negative where hollow.
-    ValueError if the load is not positive, or the surfaces conform (no point contact).
+    Parameters
+    ----------
+    normal_load : float
+        N.
+    wheel_rolling_radius, wheel_transverse_radius, rail_transverse_radius : float
+        m; positive where convex, `math.inf` where straight, the wheel's transverse one negative where hollow.
+    youngs_modulus : float
+        Pa.
+    poisson_ratio : float
+        1.
+
+    Returns
+    -------
+    HertzPatch
+        Semi-axes, approach and largest pressure.
+
+    Raises
+    ------
+    ValueError
+        If the load, a radius or the modulus is not positive, or the surfaces conform (no point contact).
+
+    References
+    ----------
+    Johnson, Contact Mechanics, equations (4.26) to (4.30).
     """
     _positive("normal_load", normal_load)
     _positive("wheel_rolling_radius", wheel_rolling_radius, infinite=True)
@@ -86,12 +110,37 @@ def creep_forces(
     poisson_ratio: Any,
     law: str = "fastsim",
 ) -> CreepForces:
-    """Forces on the wheel of a patch with semi-axes `a` (rolling direction) and `b` (m). Numbers give numbers, symbols symbols.
+    """Compute the tangential forces of a patch on the wheel. Numbers give numbers, symbols symbols.
 
-    spin : 1/m, the wheel's angular velocity about the upward normal over the rolling speed.
-    law : "kalker" (or "linear"), "shen-hedrick-elkins", "polach", "fastsim"; vehicle.creep_laws states each.
-    poisson_ratio : of both bodies; Kalker's coefficients depend on it (vehicle.kalker).
-    ValueError for an unknown law, friction outside 0..1, a load below 0, axes or modulus that are not positive.
+    Parameters
+    ----------
+    longitudinal_creepage, lateral_creepage : float or casadi.SX
+        Slip velocity of the wheel over the rolling speed (1).
+    spin : float or casadi.SX
+        The wheel's angular velocity about the upward normal over the rolling speed (1/m).
+    a, b : float or casadi.SX
+        Semi-axes along and across the rolling direction (m).
+    normal_load : float or casadi.SX
+        N.
+    friction : float or casadi.SX
+        Coefficient of friction (1).
+    shear_modulus : float or casadi.SX
+        Pa.
+    poisson_ratio : float or casadi.SX
+        Of both bodies (1); Kalker's coefficients depend on it.
+    law : str
+        "kalker" (or "linear"), "shen-hedrick-elkins", "polach" or "fastsim"; `vehicle.creep_laws` states each.
+
+    Returns
+    -------
+    CreepForces
+        N, N and N m.
+
+    Raises
+    ------
+    ValueError
+        For an unknown law, friction outside 0..1, a load below 0, axes or modulus that are not positive, or a creepage that is
+        not finite.
     """
     force = creep_law(law)
     for name, value, low, high in (

@@ -11,6 +11,13 @@ F is the resultant of the linear Fx and Fy, spin included. Approximations, by na
 spin in the resultant (Polach's own spin terms are not used) and reduce the spin moment Mz by the factor of the force;
 FASTSIM takes one flexibility for each creepage and a parabolic pressure. xi and eta are the wheel's slip velocity along
 and across the rolling direction over the rolling speed, phi (1/m) its spin about the normal (up) over that speed.
+
+Every law has the same arguments and result, numbers or CasADi symbols:
+
+    xi, eta, phi   longitudinal and lateral creepage (1), spin creepage (1/m)
+    q              the patch
+    -> Fx, Fy, Mz  forces (N) and spin moment (N m) on the wheel
+
 Sources: Shen, Hedrick, Elkins 1983; Polach 1999; Kalker 1982.
 """
 
@@ -23,15 +30,30 @@ import numpy as np
 
 from .kalker import Coefficients
 
+__all__ = ["LAWS", "NO_FORCE", "Forces", "Patch", "creep_law", "fastsim", "linear", "polach", "shen_hedrick_elkins"]
+
 Forces = tuple[Any, Any, Any]
 NO_FORCE = 1e-3  # N; keeps the quotient of two vanishing forces finite
 
 
 @dataclass(frozen=True)
 class Patch:
-    """A loaded contact patch: semi-axes a (rolling direction) and b (m), normal load N (N), friction mu, shear modulus G (Pa).
+    """A loaded contact patch.
 
-    `grid` is the number of strips and of cells per strip that FASTSIM uses.
+    Attributes
+    ----------
+    a, b : float or casadi.SX
+        Semi-axes along and across the rolling direction (m).
+    N : float or casadi.SX
+        Normal load (N).
+    mu : float or casadi.SX
+        Coefficient of friction (1).
+    G : float or casadi.SX
+        Shear modulus (Pa).
+    C : Coefficients
+        Kalker's coefficients (1).
+    grid : int
+        Number of strips, and of cells in a strip, that FASTSIM uses.
     """
 
     a: Any
@@ -44,7 +66,12 @@ class Patch:
 
 
 def linear(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
-    """Kalker's linear theory."""
+    """Kalker's linear theory, without a limit: for small creepages.
+
+    References
+    ----------
+    Kalker 1967, On the rolling contact of two elastic bodies in the presence of dry friction.
+    """
     ab = q.a * q.b
     ab15 = ab * ca.sqrt(ab)
     Fx = -q.G * ab * q.C.C11 * xi
@@ -73,12 +100,22 @@ def _polach_factor(u: Any) -> Any:
 
 
 def shen_hedrick_elkins(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
-    """Shen, Hedrick and Elkins: the cubic of Johnson and Vermeulen on the resultant with spin."""
+    """Shen, Hedrick and Elkins: the cubic of Johnson and Vermeulen on the resultant with spin.
+
+    References
+    ----------
+    Shen, Hedrick, Elkins 1983, A comparison of alternative creep force models for rail vehicle dynamic analysis.
+    """
     return _scaled(_shen_hedrick_elkins_factor, xi, eta, phi, q)
 
 
 def polach(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
-    """Polach: smooth in every creepage, reaches the friction limit asymptotically."""
+    """Polach: smooth in every creepage, reaches the friction limit asymptotically.
+
+    References
+    ----------
+    Polach 1999, A fast wheel-rail forces calculation computer code.
+    """
     return _scaled(_polach_factor, xi, eta, phi, q)
 
 
@@ -86,6 +123,10 @@ def fastsim(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
     """FASTSIM on q.grid strips of q.grid cells, explicit from the leading edge, tractions taken at the cells' centres.
 
     Numbers use one array operation per column of cells; symbols are unrolled.
+
+    References
+    ----------
+    Kalker 1982, A fast algorithm for the simplified theory of rolling contact.
     """
     n = q.grid
     L1 = 8.0 * q.a / (3.0 * q.G * q.C.C11)
@@ -95,8 +136,8 @@ def fastsim(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
     symbolic = any(isinstance(v, ca.SX) for v in (xi, eta, phi, q.a, q.b, q.N, q.mu, q.G))
     strips = (2.0 * np.arange(n) + 1.0) / n - 1.0  # y / b of the strips' centre lines
     if symbolic:
-        parts = [_strip(y, xi, eta, phi, q, (L1, L2, L3, p0), ca) for y in strips]
-        return tuple(sum(column) for column in zip(*parts, strict=True))
+        forces = [_strip(y, xi, eta, phi, q, (L1, L2, L3, p0), ca) for y in strips]
+        return tuple(sum(column) for column in zip(*forces, strict=True))
     Fx, Fy, Mz = _strip(strips, float(xi), float(eta), float(phi), q, (float(L1), float(L2), float(L3), float(p0)), np)
     return Fx.sum(), Fy.sum(), Mz.sum()
 
@@ -137,7 +178,23 @@ LAWS: dict[str, Callable[[Any, Any, Any, Patch], Forces]] = {
 
 
 def creep_law(name: str) -> Callable[[Any, Any, Any, Patch], Forces]:
-    """The law called `name`; ValueError lists those there are."""
+    """Look a law up.
+
+    Parameters
+    ----------
+    name : str
+        A key of LAWS.
+
+    Returns
+    -------
+    callable
+        law(xi, eta, phi, q) -> (Fx, Fy, Mz); see the module's docstring.
+
+    Raises
+    ------
+    ValueError
+        If there is no such law; the message lists those there are.
+    """
     if name not in LAWS:
         raise ValueError(f"law must be one of {', '.join(LAWS)}, got {name!r}")
     return LAWS[name]

@@ -5,7 +5,7 @@
 
 c is one of lateral, vertical, cross_level, gauge (m): a rail lies at lateral + e gauge / 2 to the left and vertical +
 e cross_level / 2 up, e = +1 for the left rail and -1 for the right. f fades in from 0 to 1 over `fade` metres from `start`
-on (a cubic), so that the vehicle starts on even track. Tables and random spectra become harmonics in vehicle.spectra.
+on (a cubic), so that the vehicle starts on even track. vehicle.spectra turns tables and random spectra into harmonics.
 The sines of n K s come from the recurrence sin((n+1) x) = 2 cos x sin n x - sin((n-1) x), two operations each.
 """
 

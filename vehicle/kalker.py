@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
+__all__ = ["LONG", "POISSON", "RATIO", "WIDE", "Coefficients", "coefficients"]
+
 RATIO = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)  # a/b in WIDE, b/a in LONG
 POISSON = (0.0, 0.25, 0.5)  # of the rows of C11, C22 and C23
 
@@ -90,9 +92,28 @@ def _at(x: Any, nu: Any, rows: tuple[Row, ...]) -> Any:
 
 
 def coefficients(a: Any, b: Any, poisson_ratio: Any = 0.25) -> Coefficients:
-    """The coefficients of a patch with semi-axes `a` (along the rolling direction) and `b`, in m.
+    """Interpolate the coefficients of a patch.
 
-    ValueError for numbers whose ratio leaves the table; a symbolic ratio is clamped to it.
+    Parameters
+    ----------
+    a, b : float or casadi.SX
+        Semi-axes along and across the rolling direction (m).
+    poisson_ratio : float or casadi.SX
+        Of both bodies (1).
+
+    Returns
+    -------
+    Coefficients
+        Numbers, or symbols where an argument is one. A symbolic ratio a / b is clamped to the table.
+
+    Raises
+    ------
+    ValueError
+        If a / b is a number outside the table.
+
+    References
+    ----------
+    Kalker 1967, On the rolling contact of two elastic bodies in the presence of dry friction.
     """
     if not isinstance(a, ca.SX) and not isinstance(b, ca.SX) and not RATIO[0] <= min(a / b, b / a):
         raise ValueError(f"a / b must lie between 0.1 and 10, the range of Kalker's table, got {a / b:g}")

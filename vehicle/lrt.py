@@ -26,6 +26,8 @@ from .running_gear import Carried, Design, body_state, end_of, frame_mass, place
 from .track_parameters import track_parameters
 from .trim import trim
 
+__all__ = ["INTERNAL_STEP", "Motion", "lrt", "motion", "vehicle", "wheel_load", "with_starts"]
+
 INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 
 EQUATIONS = """\
@@ -37,7 +39,15 @@ F of the tread by Hertz and the creep law, F of the flange by the rail's lateral
 
 @dataclass(frozen=True)
 class Motion:
-    """State derivatives and outputs by name; `account` holds energies (J) and powers (W) by kind, for checks."""
+    """The equations of the vehicle, as expressions in SI.
+
+    Attributes
+    ----------
+    derivatives, outputs : dict
+        By name of state and of output.
+    account : dict
+        Energies (J) and powers (W) by kind, for checks.
+    """
 
     derivatives: dict[str, Any]
     outputs: dict[str, Any]
@@ -45,7 +55,20 @@ class Motion:
 
 
 def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
-    """The equations of the whole vehicle from the symbols of its table."""
+    """Set up the equations of the whole vehicle.
+
+    Parameters
+    ----------
+    s : mapping of str to casadi.SX
+        Symbols of states, inputs and parameters by name.
+    design : Design
+        What is fixed when the vehicle is built.
+
+    Returns
+    -------
+    Motion
+        Derivatives, outputs and energies.
+    """
     track = Alignment.of(s, design.knots)
     m, height = car_body.masses(s)
     rest = trim(s, wheel_load(s), design.law, design.grid)
@@ -80,12 +103,32 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
 
 
 def wheel_load(s: Mapping[str, ca.SX]) -> Any:
-    """Static load of one wheel, N."""
+    """Static load of one wheel (N) from the symbols of the table."""
     return s["gravity"] * (car_body.masses(s)[0] / 2 + frame_mass(s)[0]) / 2
 
 
 def with_starts(spec: str, table: Sequence[Variable], starts: Mapping[str, float]) -> tuple[Variable, ...]:
-    """The table with other start values; a value set outside its assumed range on purpose loses that range."""
+    """Give a table other start values; a value set outside its assumed range on purpose loses that range.
+
+    Parameters
+    ----------
+    spec : str
+        What the component is called, for messages.
+    table : sequence of Variable
+        The rows.
+    starts : mapping of str to float
+        New start values by name, in the units of the table.
+
+    Returns
+    -------
+    tuple of Variable
+        The rows in the same order.
+
+    Raises
+    ------
+    ValueError
+        If a name is not in the table, or a value not within min and max.
+    """
     unknown = sorted(set(starts) - {v.name for v in table})
     if unknown:
         raise ValueError(f"{spec!r} has no variable {unknown[0]!r}")
@@ -99,16 +142,39 @@ def with_starts(spec: str, table: Sequence[Variable], starts: Mapping[str, float
 
 
 def vehicle(variant: str, description: str, design: Design, starts: Mapping[str, float], internal_step: float) -> Component:
-    """A component of this vehicle; `starts` replaces start values of parameters or states."""
+    """Make a variant of this vehicle.
+
+    Parameters
+    ----------
+    variant, description : str
+        What the component is called, and one line on it.
+    design : Design
+        Creep law, axles, flanges, room for track data.
+    starts : mapping of str to float
+        Start values of parameters or states that replace those of the table.
+    internal_step : float
+        Longest internal step (s).
+
+    Returns
+    -------
+    Component
+        The vehicle; its connectors are "front" and "rear".
+
+    Raises
+    ------
+    ValueError
+        For an unknown creep law, or a name or value that the table does not allow.
+    """
     creep_law(design.law)
     table = (*lrt_signals(design.solid_axles), *lrt_parameters(), *track_parameters(design.knots, design.harmonics))
     rows = with_starts(f"vehicle:{variant}", table, starts)
 
     def model(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
-        found = motion(s, design)
-        values = ca.cse([ca.SX(value) for value in (*found.derivatives.values(), *found.outputs.values())])
-        n = len(found.derivatives)
-        return dict(zip(found.derivatives, values[:n], strict=True)), dict(zip(found.outputs, values[n:], strict=True))
+        equations = motion(s, design)
+        rates, outputs = equations.derivatives, equations.outputs
+        values = ca.cse([ca.SX(value) for value in (*rates.values(), *outputs.values())])
+        n = len(rates)
+        return dict(zip(rates, values[:n], strict=True)), dict(zip(outputs, values[n:], strict=True))
 
     def longest_step(s: dict[str, ca.SX]) -> Any:
         return wheel_frame.longest_step(s, wheel_load(s), *frame_mass(s), s["speed"] + s["body_speed_deviation"])
@@ -120,6 +186,29 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
 
 
 def lrt(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:
-    """The vehicle with independently rotating wheels of negative tread conicity; `design` holds fields of `Design`."""
+    """Make the vehicle with independently rotating wheels of negative tread conicity.
+
+    Parameters
+    ----------
+    parameters : mapping of str to float, optional
+        Start values that replace those of the table, such as `Track(...).parameters()`, SI.
+    **design
+        Fields of `vehicle.running_gear.Design`: `law`, `knots`, `harmonics` and others.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt`.
+
+    Raises
+    ------
+    ValueError
+        For an unknown creep law, or a name or value that the table does not allow.
+
+    Examples
+    --------
+    >>> lrt({"speed": 8.0, "curve_turn": 1.0}).spec
+    'vehicle:lrt'
+    """
     what = "Light-rail vehicle with independently rotating wheels of negative tread conicity"
     return vehicle("lrt", what, Design(**design), parameters or {}, INTERNAL_STEP)

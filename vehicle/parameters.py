@@ -1,9 +1,11 @@
-"""Parameters of the vehicle's components: number, unit, source; what the source leaves open is marked `assumed`.
+"""Parameters of the vehicle's components: number, unit, source; what is not given in the source is marked `assumed`.
 
 WHEEL_PAIR is Table 1 of the paper, the 1/10-scale wheel pair, less the rows that belong to the gyro unit.
 """
 
 from gyro_cosim.component import parameter
+
+__all__ = ["WHEEL_PAIR"]
 
 WHEEL_PAIR = (
     parameter(

@@ -17,10 +17,26 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+__all__ = [
+    "Profile", "conventional_wheel", "corner_depth", "equivalent_conicity", "ntcirw_wheel", "rail_head",
+    "rolling_radius_difference",
+]  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Profile:
-    """Points of a section: `y` strictly increasing, `z` finite, both in m, shape (n,)."""
+    """Points of a cross-section.
+
+    Attributes
+    ----------
+    y, z : array, shape (n,)
+        Across and up (m), `y` strictly increasing, n at least 3.
+
+    Raises
+    ------
+    ValueError
+        If the columns differ in length, hold fewer than three points or a number that is not finite, or `y` does not increase.
+    """
 
     y: np.ndarray
     z: np.ndarray
@@ -37,7 +53,22 @@ class Profile:
 
 
 def rail_head(crown: float = 0.3, corner: float = 0.013, corner_offset: float = 0.02, points: int = 801) -> Profile:
-    """Rail head: a crown of radius `crown`, circles of radius `corner` around y = +-`corner_offset`, down to 70 deg."""
+    """Compute a rail head: a crown and two corners, which are circles, down to 70 deg.
+
+    Parameters
+    ----------
+    crown, corner : float
+        Radii of crown and corners (m).
+    corner_offset : float
+        Distance of the corners' centres from the middle of the head (m).
+    points : int
+        Number of points.
+
+    Returns
+    -------
+    Profile
+        The section; z = 0 in the middle of the crown.
+    """
     depth = corner_depth(crown, corner, corner_offset)
     edge = corner_offset * crown / (crown - corner)  # where the circles touch the crown
     limit = corner_offset + corner * np.sin(np.radians(80.0))
@@ -48,7 +79,7 @@ def rail_head(crown: float = 0.3, corner: float = 0.013, corner_offset: float = 
 
 
 def corner_depth(crown: float, corner: float, corner_offset: float) -> float:
-    """Depth (m) under the crown of the centre of a corner circle that touches the crown from inside."""
+    """Depth (m) under the crown of the centre of a corner circle that touches the crown from inside; arguments in m."""
     return float(crown - np.sqrt((crown - corner) ** 2 - corner_offset**2))
 
 
@@ -57,17 +88,48 @@ def ntcirw_wheel(
     height: float = 0.028, tip: float = 0.012, corner: float = 0.013, corner_offset: float = 0.02, depth: float = 0.0135,
     margin: float = 0.004, width: float = 0.04, points: int = 4001,
 ) -> Profile:  # fmt: skip
-    """Tread r0 + g0 y + g1 y^2 / 2 (straight beyond clearance + margin), fillet of the rail corner's radius, cone, tip, top.
+    """Compute an NTCIRW wheel: tread r0 + g0 y + g1 y^2 / 2, fillet of the rail corner's radius, cone, tip, top.
 
-    The flange meets the rail's corner when the wheel has moved inwards by `clearance`; see vehicle.wheel_rail. With a
-    gradient g1 as large as the paper's pattern needs, the tread falls below a common rail head beside the running line: such
-    a wheel asks for a narrow or inclined head, which the model's knife-edge rail stands for.
+    Parameters
+    ----------
+    g0, g1 : float
+        Conicity at the centre (1) and its gradient (1/m).
+    clearance : float
+        How far (m) the wheel moves inwards until the flange meets the rail's corner.
+    flange_angle : float
+        Angle of the cone against the axle (rad).
+    height, tip : float
+        Height of the flange's top under the running line, and radius of its tip (m).
+    corner, corner_offset, depth : float
+        Radius of the rail's corner, distance of its centre from the running line and depth under it (m).
+    margin : float
+        The tread is straight beyond `clearance` + `margin` (m).
+    width : float
+        How far the tread reaches to the gauge side (m).
+    points : int
+        Number of points.
+
+    Returns
+    -------
+    Profile
+        The section.
+
+    Raises
+    ------
+    ValueError
+        If the flange is too low for fillet, cone and tip.
+
+    Notes
+    -----
+    With a gradient g1 as large as the paper's pattern needs, the tread falls below a common rail head beside the running line:
+    such a wheel requires a narrow or inclined head, which the model's knife-edge rail stands for.
     """
     end = clearance + margin
 
     def drop(y: np.ndarray) -> np.ndarray:  # radius less r0 of the tread
         yc = np.clip(y, -end, end)
-        return g0 * y + g1 * (yc * y - yc**2 / 2)
+        fall: np.ndarray = g0 * y + g1 * (yc * y - yc**2 / 2)
+        return fall
 
     # the cone, by the rail's corner circle that touches it at the clearance: its centre runs along a parallel to the cone
     sine, cosine, t = np.sin(flange_angle), np.cos(flange_angle), np.tan(flange_angle)
@@ -80,7 +142,7 @@ def ntcirw_wheel(
 
     def miss(v: float) -> float:
         y, r = fillet_centre(v)
-        return r - (below + t * (y - centre))
+        return float(r - (below + t * (y - centre)))
 
     start = brentq(miss, centre - 0.05, centre + 0.05)
     y_f, r_f = fillet_centre(start)
@@ -98,15 +160,45 @@ def ntcirw_wheel(
 
 
 def conventional_wheel(g0: float = 0.025, clearance: float = 0.007, flange_angle: float = np.radians(70.0)) -> Profile:
-    """A cone that narrows outwards with the flange on the gauge side: the NTCIRW section with g1 = 0, mirrored."""
+    """Compute a conventional wheel: a cone that narrows outwards, the flange on the gauge side.
+
+    Parameters
+    ----------
+    g0 : float
+        Conicity (1).
+    clearance, flange_angle : float
+        As in `ntcirw_wheel` (m, rad).
+
+    Returns
+    -------
+    Profile
+        The NTCIRW section with g1 = 0, mirrored.
+    """
     mirrored = ntcirw_wheel(g0, 0.0, clearance, flange_angle)
     return Profile(-mirrored.y[::-1], mirrored.z[::-1])
 
 
 def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, inclination_gap: float = 0.0) -> np.ndarray:
-    """r_left - r_right (m) for a wheelset moved by `y` (m) to the left, shape of y; both sides alike, wheelset unrolled.
+    """Compute the rolling radius difference of a wheelset that does not roll, both sides alike.
 
-    The contact is where the vertical gap is least; `inclination_gap` moves the rail outwards (gauge widening / 2, m).
+    Parameters
+    ----------
+    wheel, rail : Profile
+        Sections of the left side.
+    y : array, shape (n,)
+        Lateral displacements of the wheelset to the left (m).
+    inclination_gap : float
+        How far the rail stands outwards of its place: half the gauge widening (m).
+
+    Returns
+    -------
+    array, shape (n,)
+        r_left - r_right (m), each where the vertical gap is least.
+
+    Raises
+    ------
+    ValueError
+        If wheel and rail do not overlap.
     """
     z_wheel = PchipInterpolator(wheel.y, wheel.z, extrapolate=False)
 
@@ -132,11 +224,33 @@ def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, incl
 def equivalent_conicity(
     wheel: Profile, rail: Profile, rolling_radius: float, contact_distance: float, amplitude: float = 3e-3
 ) -> float:
-    """Tangent of the equivalent conicity by EN 15302: that of the cone whose kinematic motion has the same wavelength.
+    """Compute the equivalent conicity by EN 15302: that of the cone whose kinematic motion has the same wavelength.
 
     A wheelset follows y'' = -dr(y) / (e r0), dr the rolling radius difference, e the distance of the contact points. Its
-    wavelength over the full `amplitude` (m) is computed by quadrature and gives tan g = (pi / wavelength)^2 2 e r0.
-    Negative where the radius grows the other way (NTCIRW). ValueError where dr changes its sign within the amplitude.
+    wavelength over the full amplitude is computed by quadrature and gives tan g = (pi / wavelength)^2 2 e r0.
+
+    Parameters
+    ----------
+    wheel, rail : Profile
+        Sections of the left side.
+    rolling_radius, contact_distance : float
+        r0 and e (m).
+    amplitude : float
+        Of the lateral motion (m).
+
+    Returns
+    -------
+    float
+        tan g; negative where the radius grows the other way (NTCIRW).
+
+    Raises
+    ------
+    ValueError
+        If a length is not positive, or dr changes its sign within the amplitude, so that there is no periodic motion.
+
+    References
+    ----------
+    EN 15302, Railway applications: wheel-rail contact geometry parameters.
     """
     for name, value in (("rolling_radius", rolling_radius), ("contact_distance", contact_distance), ("amplitude", amplitude)):
         if not value > 0.0:

@@ -24,12 +24,28 @@ from .wheel_report import report
 
 @dataclass(frozen=True)
 class Design:
-    """What is fixed when the vehicle is built. `flange_side` 1: flanges outside the rails (NTCIRW), -1: inside."""
+    """What is fixed when the vehicle is built.
+
+    Attributes
+    ----------
+    law : str
+        Creep law of the treads, a key of `vehicle.creep_laws.LAWS`.
+    solid_axles : bool
+        Whether both wheels of an axle turn together.
+    flange_side : int
+        1: flanges outside the rails (NTCIRW), -1: inside.
+    grid : int
+        Number of FASTSIM's strips, and of cells in a strip.
+    knots : int
+        Free knots of the track's alignment.
+    harmonics : int
+        Harmonics of irregularity in each channel.
+    """
 
     law: str = "polach"
     solid_axles: bool = False
     flange_side: int = 1
-    grid: int = 7  # FASTSIM's strips and cells
+    grid: int = 7
     knots: int = CAPACITY
     harmonics: int = 0
 

@@ -16,6 +16,8 @@ import numpy as np
 
 from .irregularity import CHANNELS
 
+__all__ = ["LEVELS", "ROUGH", "random_track", "spectrum", "tabulated_track"]
+
 ROUGH = ("lateral", "vertical", "cross_level")  # channels that have a spectrum
 W_C, W_R, W_S = 0.8246, 0.0206, 0.4380  # rad/m
 LEVELS = {"low": (2.119e-7, 4.032e-7), "high": (6.125e-7, 1.08e-6)}  # (A_a, A_v), m rad
@@ -23,17 +25,42 @@ B = 0.75  # m
 
 
 def spectrum(channel: str, level: str, W: np.ndarray) -> np.ndarray:
-    """S of the module's docstring at wave numbers `W` (rad/m), m^2/(rad/m), cross level in metres, shape of W."""
+    """Compute a one-sided spectrum of irregularity: S of the module's docstring.
+
+    Parameters
+    ----------
+    channel : str
+        "lateral", "vertical" or "cross_level".
+    level : str
+        "low" or "high".
+    W : array
+        Wave numbers (rad/m).
+
+    Returns
+    -------
+    array, shape of W
+        S in m^2/(rad/m), the cross level in metres.
+
+    Raises
+    ------
+    ValueError
+        For an unknown level or channel.
+
+    References
+    ----------
+    ERRI B176; figures as in the German low- and high-disturbance spectra.
+    """
     if level not in LEVELS:
         raise ValueError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
     A_a, A_v = LEVELS[level]
-    shape = W_C**2 / ((W**2 + W_R**2) * (W**2 + W_C**2))
+    shape: np.ndarray = W_C**2 / ((W**2 + W_R**2) * (W**2 + W_C**2))
     if channel == "lateral":
         return A_a * shape
     if channel == "vertical":
         return A_v * shape
     if channel == "cross_level":
-        return (2 * B) ** 2 * A_v / B**2 * shape * W**2 / (W**2 + W_S**2)
+        cross: np.ndarray = (2 * B) ** 2 * A_v / B**2 * shape * W**2 / (W**2 + W_S**2)
+        return cross
     raise ValueError(f"channel must be lateral, vertical or cross_level, got {channel!r}")
 
 
@@ -44,7 +71,31 @@ def random_track(
     longest: float = 100.0,
     channels: Sequence[str] = ROUGH,
 ) -> dict[str, float]:
-    """Parameters of a random track: waves from `longest` (m) down to longest / `harmonics`, the band it holds."""
+    """Draw a random track.
+
+    Parameters
+    ----------
+    level : str
+        "low" or "high".
+    seed : int
+        Decides the phases; every channel has its own stream of random numbers.
+    harmonics : int
+        Waves in each channel: from `longest` down to `longest` / `harmonics`.
+    longest : float
+        Longest wave, and period of the track (m).
+    channels : sequence of str
+        Of "lateral", "vertical" and "cross_level", those that are uneven.
+
+    Returns
+    -------
+    dict of str to float
+        Parameters of a vehicle with that many harmonics, by name.
+
+    Raises
+    ------
+    ValueError
+        For an unknown level or channel, or where harmonics or longest wave are not positive.
+    """
     if harmonics < 1 or not longest > 0.0:
         raise ValueError(f"harmonics and longest must be positive, got {harmonics} and {longest:g}")
     K = 2 * pi / longest
@@ -64,10 +115,30 @@ def random_track(
 def tabulated_track(
     position: Sequence[float], tables: Mapping[str, Sequence[float]], harmonics: int, tolerance: float = 0.05
 ) -> dict[str, float]:
-    """Parameters of tabulated irregularity: channel -> displacement (m) at `position` (m), repeated for ever.
+    """Turn tables of irregularity into harmonics. The track repeats them for ever: their length is the period.
 
-    The table's length is the period; it must close (last value = first) for the series to converge. ValueError if the
-    positions do not increase, or the harmonics leave more than `tolerance` of a table's rms.
+    Parameters
+    ----------
+    position : sequence of float, shape (n,)
+        Places along the track (m), increasing, n at least 3.
+    tables : mapping of str to sequence of float, shape (n,)
+        Displacement (m) by channel: "lateral", "vertical", "cross_level" or "gauge". The last value should be the first, or
+        the series hardly converges.
+    harmonics : int
+        Waves in each channel.
+    tolerance : float
+        What the harmonics may miss of a table's rms (1).
+
+    Returns
+    -------
+    dict of str to float
+        Parameters of a vehicle with that many harmonics, by name.
+
+    Raises
+    ------
+    ValueError
+        For an unknown channel, positions that do not increase, a table that does not fit them or is not finite, or where the
+        harmonics miss more than `tolerance`.
     """
     s = np.asarray(position, dtype=float)
     if s.ndim != 1 or s.size < 3 or not np.all(np.diff(s) > 0.0):

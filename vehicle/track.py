@@ -14,27 +14,39 @@ from math import asin, hypot, isfinite, radians, sin
 
 from .alignment import CAPACITY
 
+__all__ = ["Clothoid", "Curve", "Segment", "Straight", "Stretch", "Track"]
+
 LARGEST_PIVOT_ANGLE = 20.0  # deg, of a bogie frame in the curve
 HALF_DISTANCE = 0.7475  # m, half the distance of the contact points, turns cant into an angle
 
 
 @dataclass(frozen=True)
 class Straight:
-    """Straight level track of `length` (m)."""
+    """Straight track without cant, `length` in m."""
 
     length: float
 
 
 @dataclass(frozen=True)
 class Clothoid:
-    """Transition of `length` (m) between its neighbours."""
+    """Transition between its neighbours, `length` in m."""
 
     length: float
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Arc of `length` (m); `radius` (m) is positive to the left; `cant` (m) lifts the outer rail over the inner one."""
+    """Circular arc.
+
+    Attributes
+    ----------
+    length : float
+        m.
+    radius : float
+        m, positive to the left.
+    cant : float
+        Of the outer rail over the inner one (m).
+    """
 
     length: float
     radius: float
@@ -46,7 +58,17 @@ Segment = Straight | Clothoid | Curve
 
 @dataclass(frozen=True)
 class Stretch:
-    """`cycles` waves of a sinusoidal irregularity from `start` (m) on; amplitudes by channel (vehicle.irregularity), m."""
+    """Sinusoidal irregularity over a length of track.
+
+    Attributes
+    ----------
+    start, wavelength : float
+        Where it begins, and the length of a wave (m).
+    cycles : float
+        Number of waves.
+    amplitudes : mapping of str to float
+        Amplitude (m) by channel of `vehicle.irregularity`.
+    """
 
     start: float
     wavelength: float = 50.0
@@ -56,8 +78,19 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Track:
-    """Segments in their order; `gradient`: points (s, gradient as a ratio), linear between them and level before the first;
-    `stretch`; `harmonics`: parameters that vehicle.spectra computed."""
+    """A track as data.
+
+    Attributes
+    ----------
+    segments : sequence of Segment
+        In their order. The first is straight, the last goes on for ever.
+    gradient : sequence of (float, float)
+        Points (s in m, gradient as a ratio), linear between them, level before the first.
+    stretch : Stretch, optional
+        A sinusoidal irregularity.
+    harmonics : mapping of str to float
+        Parameters that `vehicle.spectra` computed.
+    """
 
     segments: Sequence[Segment]
     gradient: Sequence[tuple[float, float]] = ()
@@ -65,7 +98,26 @@ class Track:
     harmonics: Mapping[str, float] = field(default_factory=dict)
 
     def parameters(self, knots: int = CAPACITY, wheelbase: float = 7.0) -> dict[str, float]:
-        """Values by parameter name for a vehicle with `knots` free knots and `wheelbase` (m) between its wheel pairs."""
+        """Compute the parameters of a vehicle that runs on this track.
+
+        Parameters
+        ----------
+        knots : int
+            Free knots that the vehicle was built with.
+        wheelbase : float
+            Distance of its wheel pairs (m), which limits the radius.
+
+        Returns
+        -------
+        dict of str to float
+            Values by name of parameter.
+
+        Raises
+        ------
+        ValueError
+            If curvature or cant would jump, a length, radius or cant is out of range, the gradient's table is not in order,
+            or the track needs more knots.
+        """
         table = self._knots(wheelbase)
         if len(table) > knots:
             raise ValueError(f"the track needs {len(table)} knots, got a vehicle with {knots}: build it with knots={len(table)}")

@@ -1,10 +1,12 @@
-"""Vehicles on the parts of vehicle.lrt: another creep law, other parameters, conventional wheelsets."""
+"""Variants of the vehicle of vehicle.lrt: another creep law, other parameters, conventional wheelsets."""
 
 from gyro_cosim.component import Component
 
 from .lrt import INTERNAL_STEP, vehicle
 from .parameter_sets import parameter_set
 from .running_gear import Design
+
+__all__ = ["CONVENTIONAL", "lrt_fastsim", "lrt_rough", "lrt_set_b", "lrt_shen_hedrick_elkins", "lrt_solid_axle"]
 
 CONVENTIONAL = {
     "conicity": 0.05, "conicity_gradient": 0.0, "flange_clearance": 0.007, "rolling_radius": 0.3, "friction": 0.3,
@@ -13,28 +15,28 @@ CONVENTIONAL = {
 
 
 def lrt_set_b() -> Component:
-    """The vehicle with parameter set B: wheels almost without spin inertia."""
+    """Make the vehicle with parameter set B: wheels almost without spin inertia."""
     return vehicle("lrt_set_b", "Light-rail vehicle, parameter set B", Design(), parameter_set("B").vehicle, INTERNAL_STEP)
 
 
 def lrt_shen_hedrick_elkins() -> Component:
-    """The vehicle with the law of Shen, Hedrick and Elkins on the treads."""
+    """Make the vehicle with the law of Shen, Hedrick and Elkins on the treads."""
     what = "Light-rail vehicle, creep forces by Shen, Hedrick and Elkins"
     return vehicle("lrt_shen_hedrick_elkins", what, Design(law="shen-hedrick-elkins"), {}, INTERNAL_STEP)
 
 
 def lrt_fastsim() -> Component:
-    """The vehicle with FASTSIM, 7 strips of 7 cells, on the treads."""
+    """Make the vehicle with FASTSIM, 7 strips of 7 cells, on the treads."""
     return vehicle("lrt_fastsim", "Light-rail vehicle, creep forces by FASTSIM", Design(law="fastsim"), {}, INTERNAL_STEP)
 
 
 def lrt_rough() -> Component:
-    """The vehicle on track with room for random or tabulated irregularity: 48 harmonics in each of four channels."""
+    """Make the vehicle on track with room for random or tabulated irregularity: 48 harmonics in each of four channels."""
     what = "Light-rail vehicle on track with random or tabulated irregularity"
     return vehicle("lrt_rough", what, Design(harmonics=48), {}, INTERNAL_STEP)
 
 
 def lrt_solid_axle() -> Component:
-    """The vehicle with conventional solid-axle wheelsets in place of the wheel pairs: 22 degrees of freedom."""
+    """Make the vehicle with conventional solid-axle wheelsets in place of the wheel pairs: 22 degrees of freedom."""
     design = Design(solid_axles=True, flange_side=-1)
     return vehicle("lrt_solid_axle", "Light-rail vehicle with conventional wheelsets", design, CONVENTIONAL, INTERNAL_STEP)

@@ -4,11 +4,11 @@
     (I_zw + I_yg) psi'' = -2 P gamma_0 b psi + M                         (2)
 
 y lateral displacement (m), psi yaw angle (rad), m_t = m_w + m_g. M (N m) is the moment of the gyro unit on the pair,
-positive towards +psi: the term I_xg Omega eta' of the paper's equation (2), which here comes through the wall. The yaw
-inertia I_yg of the gyro unit rides on the pair, so that no acceleration has to cross the wall.
+positive towards +psi: the term I_xg Omega eta' of the paper's equation (2), which here comes through the interface. The
+yaw inertia I_yg of the gyro unit rides on the pair, so that no acceleration has to cross the interface.
 
 A wheel that rolls with the attack angle psi and drifts with y' has the lateral creepage y'/v - psi; there is no
-longitudinal creep force, since the wheels turn freely. So y follows psi, and psi never asks for y.
+longitudinal creep force, since the wheels turn freely. So y follows psi, and psi does not depend on y.
 Source: paper, eqs. (1)-(2), Table 1. Valid for small angles; the wheels' spin inertia is left out, as in the paper.
 """
 
@@ -19,6 +19,8 @@ import casadi as ca
 from gyro_cosim.component import Bond, Component, build, input_, output, state
 
 from .parameters import WHEEL_PAIR
+
+__all__ = ["wheel_pair"]
 
 EQUATIONS = """\
 (m_w + m_g) y'' = -(2 k_22 / v) y' + 2 k_22 psi - 2 P gamma_1 y     (1)
@@ -58,10 +60,17 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def wheel_pair() -> Component:
-    """The wheel pair, started as for the paper's figures 3 and 4.
+    """Make the wheel pair, started as for the paper's figures 3 and 4.
 
-    Its stiffest root is -2 k_22 / (v m_t): at 1 ms the Runge-Kutta step is stable above v = 0.042 m/s, so the speed's
-    lower bound of 0.1 m/s leaves a factor of two.
+    Returns
+    -------
+    Component
+        The component `vehicle:wheel_pair`; its connector is "mount".
+
+    Notes
+    -----
+    Its stiffest root is -2 k_22 / (v m_t): at 1 ms the Runge-Kutta step is stable above v = 0.042 m/s, so the speed's lower bound
+    of 0.1 m/s leaves a factor of two.
     """
     return build(
         name="vehicle", variant="wheel_pair", description="NTCIRW wheel pair, 1/10 scale, lateral and yaw motion",

@@ -123,9 +123,9 @@ def touch(wheel: Wheel, point: ca.SX, t: ca.SX, q: Any, profile: Profile, newton
     return (rho - R) * cosine, d, slope, n, point + x * t + q * n
 
 
-def _forces(wheel: Wheel, t: ca.SX, found: tuple[Any, ...], press: Callable[[Any, Any], tuple[Any, Patch]], law: Any) -> Touch:
-    """Creepages at the contact `found` and the forces of `press` (penetration, rate -> load, patch) and `law`."""
-    gap, d, slope, n, at = found
+def _forces(wheel: Wheel, t: ca.SX, contact: tuple[Any, ...], press: Callable[[Any, Any], tuple[Any, Patch]], law: Any) -> Touch:
+    """Creepages at the `contact` that `touch` found, and the forces of `press` (penetration, rate -> load, patch) and `law`."""
+    gap, d, slope, n, at = contact
     arm = at - wheel.origin
     v = wheel.velocity + cross(wheel.rotation, arm)
     across = cross(n, t)
@@ -189,5 +189,5 @@ def wheel_on_rail(
     """
     tread = _forces(wheel, running[1], touch(wheel, *running, 0, tread_profile(s), newton=1), tread_press(s, grid), LAWS[law])
     profile, _ = flange_profile(s)
-    found = touch(wheel, *corner, s["corner_radius"], profile, newton=3)
-    return tread, _forces(wheel, corner[1], found, flange_press(s), LAWS[law] if law in ("kalker", "linear") else polach)
+    contact = touch(wheel, *corner, s["corner_radius"], profile, newton=3)
+    return tread, _forces(wheel, corner[1], contact, flange_press(s), LAWS[law] if law in ("kalker", "linear") else polach)

@@ -27,6 +27,8 @@ from .variants import CONVENTIONAL
 from .wheel_frame import SIDES, FrameState
 from .wheel_report import REPORT, report
 
+__all__ = ["wheelset"]
+
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M,   2 I_y W' = tau
 F_y = -2 k_y y - 2 c_y y',   M_z = -2 l^2 (k_x psi + c_x psi')"""
@@ -112,7 +114,23 @@ def _longest_step(s: dict[str, ca.SX]) -> Any:
 
 
 def wheelset(parameters: Mapping[str, float] | None = None) -> Component:
-    """The single wheelset; `parameters` replaces start values."""
+    """Make the single wheelset.
+
+    Parameters
+    ----------
+    parameters : mapping of str to float, optional
+        Start values that replace those of the table, SI.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:wheelset`.
+
+    Raises
+    ------
+    ValueError
+        For a name or value that the table does not allow.
+    """
     chosen = [v for v in MASSES if v.name in ("speed", "gravity", "wheel_spin_inertia")]
     table: tuple[Variable, ...] = (*SIGNALS, *chosen, *ROWS, *WHEEL, *rail_and_contact(), *track_parameters(KNOTS, 0))
     rows = with_starts("vehicle:wheelset", table, CONVENTIONAL | dict(parameters or {}))

@@ -2,7 +2,8 @@
 
 import csv
 import io
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -119,6 +120,25 @@ def _optional(package: str, what: str) -> Any:
         raise ModuleNotFoundError(
             f"Trajectory.{what}() needs the package {package}: python -m pip install {package}", name=package
         ) from None
+
+
+def matching(pattern: str, names: Iterable[str]) -> list[str]:
+    """The names that a pattern means, in their own order.
+
+    Parameters
+    ----------
+    pattern : str
+        An exact name always means that one alone. Otherwise * stands for any text and ? for one character; everything else,
+        brackets too, stands for itself.
+    names : iterable of str
+        Names of signals, `component.variable`.
+    """
+    known = list(names)
+    if pattern in known:
+        return [pattern]
+    parts = ({"*": ".*", "?": "."}.get(character) or re.escape(character) for character in pattern)
+    wanted = re.compile("".join(parts), re.DOTALL)
+    return [name for name in known if wanted.fullmatch(name)]
 
 
 def csv_header(names: Sequence[str]) -> bytes:

@@ -21,7 +21,7 @@ from gyro_cosim.master.recording import Recorder, Recording
 from gyro_cosim.master.stepping import Stepper
 from gyro_cosim.master.time_grid import TimeGrid
 from gyro_cosim.systems import StopWhen, System, SystemComponent
-from gyro_cosim.trajectory import Trajectory, read_csv
+from gyro_cosim.trajectory import Trajectory, matching, read_csv
 
 PAIR = system("wheel-pair")
 
@@ -252,3 +252,27 @@ def test_the_state_of_a_run_can_be_compared_and_written() -> None:
         third = Stepper(network, Newton(1), TimeGrid.over(1e-2, 0.05), Options())
         third.go(None, None)
         assert third.state == second.state
+
+
+NAMES = ("M.y1", "M.y[1]", "M.y*", "M.x", "N.y?")
+
+
+@pytest.mark.parametrize(
+    ("pattern", "meant"),
+    [
+        ("M.y[1]", ["M.y[1]"]),  # brackets are part of a name
+        ("M.y*", ["M.y*"]),  # a signal that is called so
+        ("M.*", ["M.y1", "M.y[1]", "M.y*", "M.x"]),
+        ("?.y?", ["M.y1", "M.y*", "N.y?"]),
+        ("M.y.", []),
+        ("m.x", []),
+    ],
+)
+def test_an_exact_name_always_means_that_signal_and_only_star_and_question_mark_are_wild(pattern: str, meant: list[str]) -> None:
+    assert matching(pattern, NAMES) == meant
+    network: Any = SimpleNamespace(names=NAMES, units=("1",) * len(NAMES))
+    if meant:
+        assert list(Recorder(Recording(select=(pattern,)), network, 2).names) == meant
+    else:
+        with pytest.raises(ValueError, match="unknown signal to record:"):
+            Recorder(Recording(select=(pattern,)), network, 2)

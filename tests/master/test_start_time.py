@@ -143,7 +143,7 @@ def test_a_sweep_begins_where_its_system_does() -> None:
     """And a run from another start is another run."""
     values = {"gyro.rotor_speed": "10rpm:300rpm:3"}
     at_0, late = (Sweep(replace(PAIR, start=t), values, stop=2.0).plan() for t in (0.0, 1.5))
-    assert late.frame.system.start == 1.5
+    assert late.context.system.start == 1.5
     assert not set(at_0.runs) & set(late.runs)
     with pytest.raises(ValueError, match="`stop` must be after `start` at 3 s, got 2 s"):
         Sweep(replace(PAIR, start=3.0), values, stop=2.0).plan()

@@ -38,7 +38,7 @@ def test_every_open_parameter_is_drawn_and_can_be_set_on_the_fmus(subject: Subje
     plan = PAIR.system if subject is PAIR else VEHICLE.systems[cases.SLOW]
     with master.open_network(plan) as network:
         for parameter in subject.parameters:
-            for member in plan.members(parameter.target.partition(".")[0]):
+            for member in plan.addressed(parameter.target.partition(".")[0]):
                 slave = next(s for s in network.slaves if s.name == member)
                 name = parameter.target.partition(".")[2]
                 assert slave.description.settable[name].unit == parameter.unit

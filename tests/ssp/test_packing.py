@@ -14,7 +14,7 @@ from lxml import etree
 
 from gyro_cosim import Connection, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.ssp.packing import pack
-from gyro_cosim.systems import Conversion, catalogue
+from gyro_cosim.systems import Conversion, Exchange, catalogue
 
 
 def schema(name: str) -> etree.XMLSchema:
@@ -38,7 +38,7 @@ def packable(folder: Path) -> System:
             Connection(("m", "on_out"), ("n", "on"), (Conversion(table=((0.0, 1.0), (1.0, 0.0))),)),
             Connection(("n", "count"), ("a", "tiny")),
         ),
-        step=0.01, stop=0.1,
+        step=0.01, stop=0.1, exchange=Exchange("n", "_big"),
     )  # fmt: skip
 
 
@@ -54,6 +54,7 @@ def test_a_packed_system_keeps_the_schema_and_runs_alike(make: Callable[[Path], 
             schema(kind).assertValid(etree.fromstring(data))
     again = system(str(file))
     assert (again.name, again.step, again.stop, again.bonds) == (plan.name, plan.step, plan.stop, plan.bonds)
+    assert again.exchange == plan.exchange
     runs = [simulate(p, step=0.01, stop=0.1, algorithm=Jacobi(1)).trajectory for p in (plan, again)]
     assert runs[0].names == runs[1].names
     np.testing.assert_allclose(runs[0].values, runs[1].values, rtol=1e-13, atol=1e-15)  # values went through text and units

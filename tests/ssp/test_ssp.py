@@ -12,6 +12,7 @@ import small_fmus
 from gyro_cosim import Connection, Jacobi, System, SystemComponent, WiringError, simulate, system
 from gyro_cosim.master import open_network
 from gyro_cosim.ssp.packing import pack
+from gyro_cosim.systems import Exchange
 
 HEAD = (
     '<ssd:SystemStructureDescription version="1.0" name="test" '
@@ -336,6 +337,34 @@ def test_files_that_are_wrong_are_refused_with_file_element_and_rule(ssp: Ssp, i
 def test_what_does_not_fit_the_fmus_is_refused(ssp: Ssp, inside: str, words: str) -> None:
     with pytest.raises(WiringError if "unknown" not in words else ValueError, match=words):
         simulate(ssp(inside))
+
+
+def exchange(*elements: str) -> str:
+    """A system file with these Exchange elements in its annotations."""
+    notes = "".join(f'<ssc:Annotation type="gyro-cosim">{element}</ssc:Annotation>' for element in elements)
+    head = HEAD.replace("xmlns:ssd=", 'xmlns:gc="urn:gyro-cosim:1" xmlns:ssd=')
+    return f'{head}<ssd:System name="top">{TWO}<ssd:Annotations>{notes}</ssd:Annotations></ssd:System>{UNITS}{TAIL}'
+
+
+def test_a_file_says_what_is_exchanged_or_nothing(ssp: Ssp) -> None:
+    assert ssp(TWO).exchange is None
+    assert ssp(exchange('<gc:Exchange component="b"/>')).exchange == Exchange("b", "")
+    assert ssp(exchange('<gc:Exchange component="a" ending="_full"/>')).exchange == Exchange("a", "_full")
+
+
+@pytest.mark.parametrize(
+    ("inside", "words"),
+    [
+        (('<gc:Exchange component="c"/>',), "line 1: Exchange: component must be one of the system, got 'c'"),
+        (('<gc:Exchange ending="_full"/>',), "line 1: Exchange: must have the attribute 'component'"),
+        (('<gc:Exchange component="a"/>', '<gc:Exchange component="b"/>'), "a system must have one Exchange at most"),
+        (('<gc:Exchange component="a" suffix="_full"/>',), "Exchange: unknown attribute 'suffix'; known: component, ending"),
+    ],
+)
+def test_what_is_exchanged_must_be_there_and_be_said_once(ssp: Ssp, inside: tuple[str, ...], words: str) -> None:
+    with pytest.raises(ValueError, match=words) as caught:
+        ssp(exchange(*inside))
+    assert "x.ssp" in str(caught.value)
 
 
 def test_archives_that_are_wrong_are_refused_and_nothing_lands_outside(tmp_path: Path) -> None:

@@ -297,7 +297,7 @@ def test_optimum_is_a_minimum_inside_and_points_outwards_on_a_bound() -> None:
     """The conditions of Karush, Kuhn and Tucker, to 1e-4 of the cost per e-fold of a parameter."""
     bounds = np.array([(1.0 * RPM, 1000.0 * RPM), (0.0045, 0.018), (6.3e-4, 25.2e-4), (0.03, 1.0)])
     best = optimum(pair_release(), bounds, starts=2)
-    assert best.found[0] == pytest.approx(best.found[1], abs=1e-6)
+    assert best.criteria[0] == pytest.approx(best.criteria[1], abs=1e-6)
     assert best.at_bound == ("gyro.gimbal_stiffness lowest", "gyro.gimbal_damping highest")
     J, by_q, _ = pair_release().gradient(best.q)
     slope = by_q * best.q / J
@@ -312,9 +312,31 @@ def test_a_start_that_never_comes_to_rest_does_no_harm() -> None:
     """A third of the way up all bounds the rotors turn at 342 rpm, too slowly for set B at 8 m/s."""
     best = optimum(set_b_release(), FULL, starts=3)
     assert set_b_release().rest.growth(np.exp(np.log(FULL) @ (2 / 3, 1 / 3))) > 0.0
-    assert best.found[1] == 100.0
-    assert best.criterion == min(best.found)
-    assert best.found[2] == pytest.approx(best.found[0], abs=1e-6)
+    assert best.criteria[1] == np.inf
+    assert best.not_converged == ("start 2: its release never comes to rest",)
+    assert best.criterion == min(best.criteria)
+    assert best.criteria[2] == pytest.approx(best.criteria[0], abs=1e-6)
+
+
+def test_growth_has_no_largest_value_to_count() -> None:
+    """A low level puts s far above 100 1/s everywhere, and the optimum is still one."""
+    bounds = np.array([0.5, 2.0]) * pair().q0[:, None]
+    best = optimum(pair_release(), bounds, starts=2, level=1e-3)
+    assert best.criterion > 100.0
+    assert best.not_converged == ()
+
+
+def test_optimum_reports_a_search_that_did_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stopped after one iteration: the result still counts, and says so."""
+    import scipy.optimize
+
+    real = scipy.optimize.minimize
+    monkeypatch.setattr(scipy.optimize, "minimize", lambda *args, **kw: real(*args, **kw, options={"maxiter": 1}))
+    bounds = np.array([0.5, 2.0]) * pair().q0[:, None]
+    best = optimum(pair_release(), bounds, starts=2)
+    assert [text.partition(":")[0] for text in best.not_converged] == ["start 1", "start 2"]
+    assert "ITERATIONS" in best.not_converged[0].upper()
+    assert np.isfinite(best.criterion)
 
 
 def test_optimum_says_when_nothing_comes_to_rest_and_then_slows_the_growth() -> None:

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 import oscillators
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gyro_cosim import GaussSeidel, Jacobi, System, SystemComponent, simulate, system
 from gyro_cosim.sweeps import Listed, Measure, Ranged, Sweep, load, parse, sweep
-from gyro_cosim.sweeps.axes import latin_hypercube, points
+from gyro_cosim.sweeps.axes import points
 from gyro_cosim.sweeps.store import journal_of
+from gyro_cosim.sweeps.table import MARK, Table, write
 from gyro_cosim.systems import StopWhen
 from gyro_cosim.trajectory import Trajectory
 
@@ -71,12 +72,16 @@ def test_an_axis_is_a_grid_a_list_or_a_range(text: str, axis: Listed | Ranged) -
         assert got == axis
 
 
+@settings(deadline=None)  # the first call imports scipy.stats
 @given(st.integers(1, 50), st.integers(1, 4), st.integers(0, 9))
 def test_a_latin_hypercube_has_one_sample_in_each_stratum(samples: int, dimensions: int, seed: int) -> None:
-    cube = latin_hypercube(samples, dimensions, seed)
+    axes = [Ranged(f"x{k}", 0.0, 1.0) for k in range(dimensions)]
+    drawn = points(axes, samples, seed)
+    cube = np.array([[float(point[axis.target]) for axis in axes] for point in drawn])
     strata = np.sort(np.floor(cube * samples).astype(int), axis=0)
     assert (strata == np.arange(samples)[:, None]).all()
-    assert (cube == latin_hypercube(samples, dimensions, seed)).all()
+    assert points(axes, samples, seed) == drawn
+    assert samples == 1 or points(axes, samples, seed + 1) != drawn
 
 
 def test_ranges_are_sampled_together_and_multiplied_with_lists() -> None:
@@ -122,6 +127,24 @@ def test_rows_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     order = [two["run"].tolist().index(key) for key in one["run"]]
     for name in set(one.values) - {"wall_s"}:
         assert (one[name] == two[name][order]).all(), name
+
+
+def test_a_file_of_format_1_is_drawn_but_not_gone_on_with(tmp_path: Path) -> None:
+    """Its samples were drawn otherwise: a sweep that went on would hold two hypercubes."""
+    file = tmp_path / "old.npz"
+    what = short({"gyro.rotor_speed": "0rpm:300rpm"}, samples=3)
+    sweep(what, file, workers=1)
+    table = load(file)
+    write(Table({**table.head, MARK: 1}, table.values), file)
+    before = file.read_bytes()
+    for extend in (False, True):
+        with pytest.raises(
+            ValueError, match=r"old.npz' must be a sweep of format 2 to go on, has format 1, which can only be drawn"
+        ):
+            sweep(what, file, workers=1, extend=extend)
+    assert file.read_bytes() == before
+    assert not journal_of(file).exists()
+    assert len(load(file)) == 3
 
 
 def test_a_failed_run_is_a_row_with_its_error_and_what_came_before(tmp_path: Path) -> None:

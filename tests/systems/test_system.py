@@ -1,5 +1,6 @@
 """Systems: what is wired wrongly is refused with one line that names it; .ssd files say the same as Python."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 from gyro_cosim import Connection, PowerBond, System, SystemComponent, WiringError, simulate, ssp, system
 from gyro_cosim.master import open_network
-from gyro_cosim.systems import catalogue
+from gyro_cosim.systems import Exchange, catalogue
 
 GAIN = f"{oscillators.HERE}:crossed"
 
@@ -51,13 +52,36 @@ def test_chain_with_feedthrough_is_evaluated_from_source_to_end() -> None:
     assert simulate(chain, step=0.5, stop=1.0, in_process=True).trajectory["e.y"] == pytest.approx(1.5 * 2**5)
 
 
-def test_values_and_variants_address_one_component_or_a_family() -> None:
+def test_values_and_variants_address_one_component_or_all_of_one_beginning() -> None:
     two = System("s", (SystemComponent("gyro_front", "gyro_unit:linear"), SystemComponent("gyro_rear", "gyro_unit:linear")), ())
     changed = two.with_value("gyro.rotor_speed", "2000rpm").with_source("gyro_rear", "nonlinear")
     assert [p.source for p in changed.components] == ["gyro_unit:linear", "gyro_unit:nonlinear"]
     assert all(p.values["rotor_speed"] == "2000rpm" for p in changed.components)
     with pytest.raises(ValueError, match="unknown component of system 's': 'vehicle'"):
         two.with_value("vehicle.speed", 1.0)
+
+
+def test_a_system_says_what_is_exchanged_in_it_and_in_which_size() -> None:
+    curve = system("lrt-curve")
+    assert (curve.exchange, curve.exchanged()) == (Exchange("gyro", "_full"), "gyro")
+    sources = {name: [c.source for c in curve.with_source(name, "off").components] for name in ("gyro", "gyro_rear")}
+    assert sources["gyro"] == ["vehicle:lrt", "gyro_unit:off_full", "gyro_unit:off_full"]
+    assert sources["gyro_rear"] == ["vehicle:lrt", "gyro_unit:nonlinear_full", "gyro_unit:off_full"]
+    assert curve.with_source("gyro", "gyro_unit:off").components[1].source == "gyro_unit:off"
+    assert curve.with_source("vehicle", "lrt_rough").components[0].source == "vehicle:lrt_rough"
+    silent = replace(curve, exchange=None)  # no rule about endings beside the one that the system states
+    assert silent.with_source("gyro", "off").components[1].source == "gyro_unit:off"
+    assert silent.exchanged("gyro") == "gyro"
+    with pytest.raises(ValueError, match=r"^system 'lrt-curve' does not say which component is exchanged: name one"):
+        silent.exchanged()
+    for wrong in (lambda: curve.exchanged("gear"), lambda: replace(curve, exchange=Exchange("gear"))):
+        with pytest.raises(ValueError, match="unknown component of system 'lrt-curve': 'gear'"):
+            wrong()
+
+
+@pytest.mark.parametrize("name", list(catalogue.systems()))
+def test_every_built_in_system_names_what_is_exchanged(name: str) -> None:
+    assert system(name).exchange == Exchange("gyro", "" if name == "wheel-pair" else "_full")
 
 
 def test_power_bonds_are_found_from_units_where_the_system_states_none() -> None:
@@ -84,13 +108,11 @@ def test_every_built_in_system_states_units_that_its_components_have(name: str) 
 
 def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
     """A foreign slave that speaks rpm drives one that listens in rad/s."""
-    from dataclasses import replace
-
     from gyro_cosim.network import Network
     from gyro_cosim.slaves.in_process import ComponentSlave
 
     source = ComponentSlave("a", oscillators.crossed())
-    source.outputs = (replace(source.outputs[0], unit="rpm"),)
+    source.description = replace(source.description, outputs=(replace(source.outputs[0], unit="rpm"),))
     target = ComponentSlave("gyro", catalogue.component("gyro_unit:linear"))
     plan = System("s", (SystemComponent("a", GAIN, {"u": 60.0}), SystemComponent("gyro", "gyro_unit:linear")),
                   (Connection(("a", "y"), ("gyro", "yaw_rate")),))  # fmt: skip

@@ -21,7 +21,9 @@ def command(
         typer.Option("--gyro", metavar="VARIANT[,PARAMETER=VALUE...]", help="repeat; the first is the reference"),
     ] = None,
     set_: Values = None,
-    family: Annotated[str, typer.Option("--component", metavar="NAME", help="what is swapped")] = "gyro",
+    component: Annotated[
+        str | None, typer.Option(metavar="NAME", help="what is exchanged; what the system says otherwise")
+    ] = None,
     tolerances: Annotated[Path | None, typer.Option(metavar="FILE", help="a .toml file of limits; 5 % otherwise")] = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs")] = None,
@@ -49,7 +51,7 @@ def command(
     plan = chosen_system(system, None, None)
     with progress(f"comparing on {plan.name}") as show:
         result = compare(
-            plan, variants or (), family=family, values=values, tolerances=limits, algorithm=algorithm(algorithm_, order),
+            plan, variants or (), component=component, values=values, tolerances=limits, algorithm=algorithm(algorithm_, order),
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
@@ -81,7 +83,7 @@ def document(result: Comparison) -> dict[str, Any]:
         }  # fmt: skip
 
     return {
-        "system": result.system.name, "component": result.family, "reference": result.candidates[0].label,
+        "system": result.system.name, "component": result.component, "reference": result.candidates[0].label,
         "verdict": result.verdict, "tolerances": {"signals": result.tolerances.signals, "created": result.tolerances.created},
         "variants": [row(c) for c in result.candidates],
     }  # fmt: skip
@@ -90,7 +92,7 @@ def document(result: Comparison) -> dict[str, Any]:
 def _words(result: Comparison) -> list[str | Table]:
     reference, *others = result.candidates
     assert reference.run is not None
-    members = result.system.members(result.family)
+    members = result.system.addressed(result.component)
     shown = [n for n in reference.differences if n.partition(".")[0] not in members or result.tolerances.limits(n)]
     moving = [n for n in shown if any(c.differences[n].rms > 0 for c in others if n in c.differences)]
     moving.sort(key=lambda n: -max(c.differences[n].rms for c in others if n in c.differences))
@@ -111,7 +113,7 @@ def _words(result: Comparison) -> list[str | Table]:
                     f"{d.correlation:.4f}", f"{d.own_peak:.4g}", f"{d.reference_peak:.4g}", reference.run.trajectory.unit(name),
                 )  # fmt: skip
     words: list[str | Table] = [
-        f"{result.system.name} to t = {reference.run.trajectory.t[-1]:g} s, against {result.family} = {reference.label}: "
+        f"{result.system.name} to t = {reference.run.trajectory.t[-1]:g} s, against {result.component} = {reference.label}: "
         "difference over the reference's rms and largest value",
         table, "", _energy_table(result), "",
     ]  # fmt: skip

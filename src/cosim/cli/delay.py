@@ -20,7 +20,9 @@ def command(
     system: SystemName,
     gyro: Gyro = None,
     set_: Values = None,
-    family: Annotated[str, typer.Option("--component", metavar="NAME", help="whose answer is late")] = "gyro",
+    component: Annotated[
+        str | None, typer.Option(metavar="NAME", help="whose answer is late; what is exchanged in the system otherwise")
+    ] = None,
     compensate: Annotated[
         str, typer.Option(metavar="A,B,...", help=f"{', '.join(COMPENSATORS)}, model:VARIANT, passivity; + joins two")
     ] = "none",
@@ -51,10 +53,10 @@ def command(
     writable(plot, figures.check_format)
     plan = chosen_system(system, gyro, set_)
     setting = DelayStudy(
-        plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, family=family,
+        plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, component=component,
         algorithm=algorithm(algorithm_, order), in_process=not fmus, longest=seconds(longest, "--longest") or 0.5,
     )  # fmt: skip
-    limits = five_percent(plan, family) if tolerances is None else read_tolerances(tolerances)
+    limits = five_percent(plan, setting.delayed) if tolerances is None else read_tolerances(tolerances)
     remedies = [remedy(name.strip()) for name in compensate.split(",")]
     grid = None if across is None else _range(plan, across)
     rows: list[dict[str, Any]] = []
@@ -67,7 +69,7 @@ def command(
             kept = (verdict_by_model(s, limits) if exact else None, verdict_by_runs(s, limits, show))
         rows.append({"compensation": chosen.name, "stable": stable, "kept": kept})
     words: list[str | Table] = [
-        f"{plan.name}: largest delay of {family}, macro step {setting.step * 1e3:g} ms, {setting.algorithm.name} with input "
+        f"{plan.name}: largest delay of {setting.delayed}, macro step {setting.step * 1e3:g} ms, {setting.algorithm.name} with input "
         f"degree {order}, runs to {setting.stop:g} s",
         _table(rows, setting),
     ]
@@ -88,7 +90,7 @@ def command(
             return {"model_s": pair[0].delay if pair[0] else None, "runs_s": pair[1].delay}
 
         return {
-            "system": plan.name, "component": family, "step": setting.step, "stop": setting.stop, "longest": setting.longest,
+            "system": plan.name, "component": setting.delayed, "step": setting.step, "stop": setting.stop, "longest": setting.longest,
             "algorithm": setting.algorithm.name, "order": order,
             "margins": [
                 {"compensation": r["compensation"], "stable": ways(r["stable"]), "tolerances": ways(r["kept"])} for r in rows
@@ -119,7 +121,7 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     import numpy as np
 
     from ..sweeps.axes import Listed, parse
-    from ..sweeps.inquiry import SystemQuery
+    from ..sweeps.query import SystemQuery
 
     name, equals, words = text.partition("=")
     if not equals:

@@ -52,7 +52,7 @@ def command(
     parameters, variants = _settings([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())])
     what = Sweep(
         plan, parameters, variants,
-        algorithms=_words(algorithms), orders=[_degree(word) for word in _words(orders)],
+        algorithms=_words(algorithms), degrees=[_degree(word) for word in _words(orders)],
         steps=[seconds(word, "--step") or 0.0 for word in _words(steps or "")], stop=seconds(stop, "--stop"),
         samples=samples, seed=seed, signals=_words(signals),
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Is one unit as good as another? The same run with several variants of a component family, against the first of them.
+"""Is one unit as good as another? The same run with several variants of a component, against the first of them.
 
 For every variant: the difference of every signal that it shares with the reference, the energy at its power bonds, and its
 frequency response, effort over motion; and a verdict against tolerances.
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..coupling import Algorithm, Jacobi
 from ..errors import RunError, WiringError
-from ..master import Run, open_network, run
+from ..master import Run, macro_steps, open_network, run
 from ..network import Network
 from ..slaves import open_slave
 from ..ssp import system as named_system
@@ -52,10 +52,10 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The candidates, the reference first; `family` is the name that addresses the units in the system."""
+    """The candidates, the reference first; `component` is the name that addresses, in the system, what is exchanged."""
 
     system: System
-    family: str
+    component: str
     candidates: tuple[Candidate, ...]
     tolerances: Tolerances
 
@@ -69,7 +69,7 @@ def compare(
     system: System,
     variants: Sequence[str],
     *,
-    family: str = "gyro",
+    component: str | None = None,
     values: Sequence[tuple[str, str | float]] = (),
     tolerances: Tolerances | None = None,
     algorithm: Algorithm | None = None,
@@ -79,11 +79,11 @@ def compare(
     responses: bool = True,
     progress: Callable[[float, float], None] | None = None,
 ) -> Comparison:
-    """Run `system` with each of `variants` in the place of `family` and compare with the first.
+    """Run `system` with each of `variants` in the place of `component` and compare with the first.
 
     variants : sources as System.with_source takes them, each perhaps with values of its own: "hil,rate_delay=5ms"; or the file
         of a whole system, for a unit whose signals are called otherwise.
-    values : ("component.variable", value) for all; those of the family go to the variants that have the variable.
+    values : ("component.variable", value) for all; those of the component go to the variants that have the variable.
     tolerances : where None, 5 % of rms and peak on every signal of the other components.
     responses : whether to measure the frequency responses too.
     Raises ValueError for wrong use: fewer than two variants, one without the connector, tolerances on signals that are not
@@ -91,9 +91,11 @@ def compare(
     """
     if len(variants) < 2:
         raise ValueError(f"compare needs at least two variants, got {len(variants)}")
-    members = system.members(family)
-    step, stop = step or system.step, stop or system.stop
-    plans = [_plan(system, family, text, values, in_process, step) for text in variants]
+    component = system.exchanged(component)
+    members = system.addressed(component)
+    step, stop = system.step if step is None else step, system.stop if stop is None else stop
+    macro_steps(step, stop, system.start)
+    plans = [_plan(system, component, text, values, in_process, step) for text in variants]
     _refuse_values_nobody_takes(plans)
     labels = _labels(variants)
     done: list[Candidate] = []
@@ -107,31 +109,31 @@ def compare(
     reference = done[0]
     if reference.run is None or reference.failure:
         raise RunError(f"the reference {reference.label!r} failed: {reference.failure}")
-    limits = tolerances or five_percent(system, family)
+    limits = tolerances or five_percent(system, component)
     if tolerances is not None:
         tolerances.check(reference.run.trajectory.names)
     judged = tuple(_judged(reference, candidate, limits) for candidate in done)
-    return Comparison(system, family, judged, limits)
+    return Comparison(system, component, judged, limits)
 
 
-def five_percent(system: System, family: str) -> Tolerances:
-    """The tolerances where none are given: 5 % of rms and peak on every signal of the components beside the family."""
-    others = [part.name for part in system.components if part.name not in system.members(family)]
+def five_percent(system: System, component: str) -> Tolerances:
+    """The tolerances where none are given: 5 % of rms and peak on every signal of the components beside the exchanged one."""
+    others = [part.name for part in system.components if part.name not in system.addressed(component)]
     return Tolerances({f"{name}.*": {"rms": 0.05, "peak": 0.05} for name in others})
 
 
 def _plan(
-    system: System, family: str, text: str, values: Sequence[tuple[str, str | float]], in_process: bool, step: float
+    system: System, component: str, text: str, values: Sequence[tuple[str, str | float]], in_process: bool, step: float
 ) -> tuple[System, tuple[str, ...]]:
     """The system with the variant that `text` names and the values it takes, and those it has no parameter for.
 
     What the system itself sets on its units is treated as `values` are.
     """
     source, *own = (part.strip() for part in text.split(","))
-    members = system.members(family)
+    members = system.addressed(component)
     values = [(f"{p.name}.{n}", v) for p in system.components if p.name in members for n, v in p.values.items()] + list(values)
     bare = replace(system, components=tuple(replace(p, values={}) if p.name in members else p for p in system.components))
-    plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(family, source)
+    plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(component, source)
     ignored = []
     first = next(part for part in plan.components if part.name in members)
     slave = open_slave(first.name, first.source, in_process=in_process)
@@ -142,7 +144,7 @@ def _plan(
         slave.close()
     for target, value in values:
         name, _, variable = target.partition(".")
-        if set(plan.members(name)) <= set(members) and variable not in settable:
+        if set(plan.addressed(name)) <= set(members) and variable not in settable:
             ignored.append(target)
         else:
             plan = plan.with_value(target, value)
@@ -150,7 +152,7 @@ def _plan(
         variable, equals, value = assignment.partition("=")
         if not equals:
             raise ValueError(f"a variant must be SOURCE,PARAMETER=VALUE,..., got {text!r}")
-        plan = plan.with_value(f"{family}.{variable.strip()}", value.strip())
+        plan = plan.with_value(f"{component}.{variable.strip()}", value.strip())
     chosen = next(part for part in plan.components if part.name == first.name).values
     for signal in period:
         value = signal.value(chosen.get(signal.name, signal.start or 0.0))

@@ -50,7 +50,7 @@ def _drawn(result: Comparison) -> list[str]:
     """Signals of the other components that move, then those of the units."""
     first = result.candidates[0].run
     assert first is not None
-    trajectory, members = first.trajectory, result.system.members(result.family)
+    trajectory, members = first.trajectory, result.system.addressed(result.component)
     rank = {"rad": 0, "m": 1}
     return worth_drawing(
         trajectory, SIGNALS, lambda name: (name.partition(".")[0] in members, rank.get(trajectory.unit(name), 2))

@@ -1,6 +1,6 @@
 """What a variant may differ by: limits per signal and on the energy that its interface creates, from a TOML file.
 
-    [signals."vehicle.*"]        # a signal, or a pattern; where several fit, the last one counts
+    [signals."vehicle.*"]        # a signal, or a pattern with * and ?; where several fit, the last one counts
     rms = "5 %"                  # rms of the difference over rms of the reference
     peak = 0.05                  # largest difference over largest value of the reference
     shift = "5 ms"               # time shift either way
@@ -14,13 +14,13 @@ A limit that is not stated is none. A pattern that fits no signal is refused: it
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 from gyro_cosim.component.units import quantity
 
 from ..errors import unknown
+from ..trajectory import matching
 
 UNITS = {"rms": "1", "peak": "1", "shift": "s"}
 
@@ -37,14 +37,14 @@ class Tolerances:
         """The limits on `signal`; empty where it has none."""
         found: dict[str, float] = {}
         for pattern, limits in self.signals.items():
-            if fnmatchcase(signal, pattern):
+            if matching(pattern, (signal,)):
                 found = limits
         return found
 
     def check(self, signals: Sequence[str]) -> None:
         """ValueError where a pattern fits none of `signals`."""
         for pattern in self.signals:
-            if not any(fnmatchcase(signal, pattern) for signal in signals):
+            if not matching(pattern, signals):
                 raise ValueError(f"tolerances ({self.where}): {unknown('signal', pattern, signals)}")
 
 

@@ -52,15 +52,37 @@ class Compensation:
 
 @dataclass(frozen=True)
 class DelayStudy:
-    """What is asked: `family` of `system` behind a delay, with macro step `step` (s), runs to `stop` (s).
+    """What is studied: a component of a system behind a delay.
 
-    longest : the longest delay looked at (s). resolution : of the answer, relative.
+    Parameters
+    ----------
+    system : System
+        With all its values.
+    step, stop : float
+        Macro step and end of the runs (s).
+    component : str or None
+        Whose answer is late; None: the one that the system says people exchange in it.
+    algorithm : Algorithm
+        Of the coupling.
+    remedy : Compensation
+        What stands at the receiving end.
+    in_process : bool
+        Whether components run in this process instead of as FMUs.
+    longest : float
+        The longest delay that is tried (s).
+    resolution : float
+        Relative width of the last interval of the bisection.
+
+    Raises
+    ------
+    ValueError
+        Where step and stop do not fit, `longest` is shorter than a step, or there is no such component.
     """
 
     system: System
     step: float
     stop: float
-    family: str = "gyro"
+    component: str | None = None
     algorithm: Algorithm = field(default_factory=Jacobi)
     remedy: Compensation = field(default_factory=Compensation)
     in_process: bool = True
@@ -68,9 +90,15 @@ class DelayStudy:
     resolution: float = 0.01
 
     def __post_init__(self) -> None:
+        self.system.exchanged(self.component)
         macro_steps(self.step, self.stop, self.system.start)
         if not self.longest >= self.step:
             raise ValueError(f"the longest delay must be at least the macro step of {self.step:g} s, got {self.longest:g} s")
+
+    @property
+    def delayed(self) -> str:
+        """The component whose answer is late."""
+        return self.system.exchanged(self.component)
 
 
 @dataclass(frozen=True)
@@ -105,7 +133,7 @@ def largest(good: Callable[[float], bool], setting: DelayStudy, progress: Progre
 
 def by_eigenvalues(setting: DelayStudy, model: SampledModel | None = None) -> Margin:
     """The largest stable delay from the eigenvalues of the macro step."""
-    degree, model = _degree(setting), model or linearise(setting.system, setting.family)
+    degree, model = _degree(setting), model or linearise(setting.system, setting.delayed)
 
     def stable(d: float) -> bool:
         return model.radius(setting.remedy.compensator.taps(d / setting.step), degree, setting.step) < 1.0 + 1e-9
@@ -145,7 +173,7 @@ def verdict_by_runs(setting: DelayStudy, tolerances: Tolerances, progress: Progr
 
 def verdict_by_model(setting: DelayStudy, tolerances: Tolerances) -> Margin:
     """The same from the course of the sampled linear system."""
-    degree, model = _degree(setting), linearise(setting.system, setting.family)
+    degree, model = _degree(setting), linearise(setting.system, setting.delayed)
     start = setting.system.start
     n = macro_steps(setting.step, setting.stop, start)
 
@@ -180,17 +208,17 @@ def _run(setting: DelayStudy, delay: float, *, plain: bool = False) -> Run:
 
 
 def delayed_network(setting: DelayStudy, delay: float) -> Network:
-    """The system's slaves with the units of the family behind their interfaces; close it after use."""
+    """The system's slaves with those of the delayed component behind their interfaces; close it after use."""
     plain = open_network(setting.system, in_process=setting.in_process)
-    members = setting.system.members(setting.family)
+    late = setting.system.addressed(setting.delayed)
     slaves: list[Slave] = []
     try:
         for i, slave in enumerate(plain.slaves):
             pairs = [(b.motion_input[1], b.effort - plain.slices[i].start) for b in plain.bonds if b.motion_input[0] == i]
-            if slave.name in members and pairs:
+            if slave.name in late and pairs:
                 model = None
                 if setting.remedy.model:
-                    source = next(p.source for p in setting.system.with_source(setting.family, setting.remedy.model).components
+                    source = next(p.source for p in setting.system.with_source(setting.delayed, setting.remedy.model).components
                                   if p.name == slave.name)  # fmt: skip
                     model = open_slave(slave.name, source, in_process=setting.in_process)
                 slave = DelayedSlave(
@@ -227,7 +255,7 @@ def delay_map(
     found = np.full((steps.size, values.size), np.nan)
     for j, value in enumerate(values):
         plan = setting.system.with_value(parameter, float(value))
-        model = linearise(plan, setting.family)
+        model = linearise(plan, setting.delayed)
         for i, step in enumerate(steps):
             margin = by_eigenvalues(replace(setting, system=plan, step=float(step)), model)
             found[i, j] = np.nan if margin.delay is None else margin.delay

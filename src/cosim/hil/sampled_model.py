@@ -28,7 +28,7 @@ class SampledModel:
     """The linearised system; shapes with n states, u inputs, y outputs of all components.
 
     A (n, n), B (n, u), C (y, n), D (y, u), L (u, y), rate (n,), start (y,): outputs at the start.
-    delayed : places in y of the efforts that the units of the family send over their bonds.
+    delayed : places in y of the efforts that the component behind the delay sends over their bonds.
     """
 
     A: np.ndarray
@@ -97,7 +97,7 @@ class SampledModel:
         return np.array(rows) + self.start
 
 
-def linearise(system: System, family: str) -> SampledModel:
+def linearise(system: System, component: str) -> SampledModel:
     """The model of a system of catalogue components; ValueError where one has no equations here or a sampled part."""
     for part in system.components:
         if part.source.endswith(".fmu"):
@@ -126,10 +126,10 @@ def linearise(system: System, family: str) -> SampledModel:
         for wire in network.wires(i):
             L[b + wire[1], wire[0]] = wire[2]
         a, b = a + x.size, b + u.size
-    members = system.members(family)
-    delayed = [bond.effort for bond in network.bonds if network.slaves[bond.motion_input[0]].name in members]
+    chosen = system.addressed(component)
+    delayed = [bond.effort for bond in network.bonds if network.slaves[bond.motion_input[0]].name in chosen]
     if not delayed:
-        raise ValueError(f"system {system.name!r} must have power bonds with {family!r}")
+        raise ValueError(f"system {system.name!r} must have power bonds with {component!r}")
     return SampledModel(A, B, C, D, L, rate, Y, network.names, network.units, np.array(sorted(set(delayed))))
 
 

@@ -1,6 +1,5 @@
 """What a run keeps: which signals, every how many steps, in memory or streamed to a file."""
 
-import fnmatch
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 
 from ..errors import unknown
 from ..network import Network
-from ..trajectory import Trajectory, csv_header, csv_rows
+from ..trajectory import Trajectory, csv_header, csv_rows, matching
 
 GROWTH = 4_000_000  # rows that memory is taken for at once; it is touched only as they come
 IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview
@@ -23,7 +22,7 @@ class Recording:
     Parameters
     ----------
     select : sequence of str
-        Names of signals, or shell patterns of names; empty: all.
+        Names of signals, or patterns of names, as trajectory.matching() reads them; empty: all.
     every : int
         Keep every so many macro steps, and the last.
     stream : Path, optional
@@ -148,10 +147,10 @@ def _selected(patterns: Sequence[str], names: Sequence[str]) -> np.ndarray:
     """Places of the names that match a pattern, in their own order; ValueError for a pattern that matches none."""
     if not patterns:
         return np.arange(len(names))
-    found: set[int] = set()
+    chosen: set[str] = set()
     for pattern in patterns:
-        matches = {k for k, name in enumerate(names) if fnmatch.fnmatchcase(name, pattern)}
-        if not matches:
+        meant = matching(pattern, names)
+        if not meant:
             raise unknown("signal to record:", pattern, names)
-        found |= matches
-    return np.array(sorted(found), dtype=int)
+        chosen.update(meant)
+    return np.array([k for k, name in enumerate(names) if name in chosen], dtype=int)

@@ -115,6 +115,8 @@ def _structure(
         for wire in system.connections:
             _connection(connections, wire, faces)
     notes = [("Master", {"step": repr(system.step)})]
+    if system.exchange is not None:
+        notes.append(("Exchange", {"component": system.exchange.component, "ending": system.exchange.ending}))
     notes += [("Bond", {"motion": ".".join(b.motion), "effort": ".".join(b.effort)}) for b in system.bonds]
     notes += [
         ("StopWhen", {"signal": ".".join(stop.signal), "above": repr(stop.above), "says": stop.says}) for stop in system.stop_when

@@ -7,8 +7,8 @@ from typing import Any
 
 from lxml import etree
 
-from ..errors import WiringError
-from ..systems import Connection, Conversion, PowerBond, StopWhen, System, SystemComponent
+from ..errors import WiringError, unknown
+from ..systems import Connection, Conversion, Exchange, PowerBond, StopWhen, System, SystemComponent
 from .documents import ANNOTATION, NAMESPACES, Document, hop_of
 from .parameters import bound_values
 from .tree import Node, components, tree
@@ -45,7 +45,7 @@ def read(file: Path | str) -> System:
         return System(
             name=root.get("name") or Path(location).stem, components=members, connections=tuple(connections),
             bonds=_bonds(top, leaves),
-            step=_step(found), start=start, stop=stop, stop_when=_stops(top, leaves),
+            step=_step(found), start=start, stop=stop, stop_when=_stops(top, leaves), exchange=_exchange(top, leaves),
             description=top.element.get("description") or root.get("description", ""),
         )  # fmt: skip
     except WiringError as error:
@@ -133,6 +133,22 @@ def _stops(top: Node, leaves: Any) -> tuple[StopWhen, ...]:
         signal = _split(top, element, "signal", leaves)
         found.append(StopWhen(signal, top.document.number(element, "above", "0.5"), element.get("says", ".".join(signal))))
     return tuple(found)
+
+
+def _exchange(top: Node, leaves: Any) -> Exchange | None:
+    """What people exchange in the system, by the annotation; None where there is none."""
+    elements = top.document.root.findall(f".//ssc:Annotation[@type='{ANNOTATION}']//gc:Exchange", NAMESPACES)
+    for element in elements[1:]:
+        raise top.document.fault(element, "a system must have one Exchange at most, this is the second")
+    for element in elements:
+        for key in element.attrib:
+            if key not in ("component", "ending"):
+                raise top.document.fault(element, str(unknown("attribute", key, ("component", "ending"))))
+        name = top.document.attribute(element, "component")
+        if not any(path == name or path.startswith(f"{name}_") for path in leaves):
+            raise top.document.fault(element, f"component must be one of the system, got {name!r}")
+        return Exchange(name, element.get("ending", ""))
+    return None
 
 
 def _split(top: Node, element: etree._Element, key: str, leaves: Any) -> End:

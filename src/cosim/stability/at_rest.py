@@ -8,7 +8,6 @@ structure: the distances are replaced by their differences from the first one, a
 checked, not assumed.
 """
 
-import fnmatch
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -18,6 +17,7 @@ import numpy as np
 from ..accuracy.monolith import Monolith
 from ..errors import unknown
 from ..systems import System
+from ..trajectory import matching
 
 SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
 
@@ -35,7 +35,7 @@ class AtRest:
 
     def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
         self.system, self.free = system, tuple(free)
-        owners = [system.members(name.partition(".")[0]) for name in self.free]
+        owners = [system.addressed(name.partition(".")[0]) for name in self.free]
         names = [f"{owner}.{n.partition('.')[2]}" for n, found in zip(self.free, owners, strict=True) for owner in found]
         self.monolith = Monolith(system, free=names)
         self._spread = np.zeros((len(names), len(self.free)))  # from q to the parameters of all components
@@ -56,7 +56,8 @@ class AtRest:
         self._patterns, self._shifts = tuple(ignorable), np.zeros((n, len(ignorable)))
         dropped = []
         for column, pattern in enumerate(ignorable):
-            rows = [i for i, name in enumerate(all_states) if fnmatch.fnmatchcase(name, pattern)]
+            meant = matching(pattern, all_states)
+            rows = [i for i, name in enumerate(all_states) if name in meant]
             if not rows:
                 raise unknown("ignorable states:", pattern, all_states)
             self._shifts[rows, column] = 1.0
@@ -73,7 +74,7 @@ class AtRest:
         q = np.asarray(q, dtype=float)
         if q.shape != (len(self.free),):
             raise ValueError(f"`q` must hold a value for each of {', '.join(self.free)}, got {q.size}")
-        return self._spread @ q
+        return np.asarray(self._spread @ q)
 
     def matrix(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
         """A(q), shape (n, n); ValueError where a shift of ignorable states changes a rate."""
@@ -85,7 +86,7 @@ class AtRest:
                 f"states {self._patterns[column]!r} must be ignorable: a shift by 1 changes the rate of "
                 f"{self.monolith.states[row]!r} by {drift.max():g}"
             )
-        return self._T @ A @ self._S
+        return np.asarray(self._T @ A @ self._S)
 
     @cached_property
     def _sensitivity(self) -> ca.Function:

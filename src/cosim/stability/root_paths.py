@@ -40,8 +40,8 @@ def best(
     growth = [rest.growth((value, *fixed.values())) for value in grid]
     k = int(np.argmin(growth))
     near = (grid[max(k - 1, 0)], grid[min(k + 1, grid.size - 1)])
-    found = minimize_scalar(lambda value: rest.growth((value, *fixed.values())), bounds=near, method="bounded")
-    return float(found.x), -float(found.fun)
+    refined = minimize_scalar(lambda value: rest.growth((value, *fixed.values())), bounds=near, method="bounded")
+    return float(refined.x), -float(refined.fun)
 
 
 def measured_root(t: np.ndarray, y: np.ndarray) -> complex:

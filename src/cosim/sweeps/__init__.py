@@ -21,9 +21,10 @@ from .measure import Measure
 from .plan import Plan, Sweep
 from .pool import Pool, cores
 from .store import Store, load
+from .summary import write_summary
 from .table import Table
 
-__all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep"]
+__all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep", "write_summary"]
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def sweep(
         at = {name: place for place, name in enumerate(plan.columns)}
         started = perf_counter()
         try:
-            team = Pool(plan.frame, plan.files, count) if scheduler is None else Cluster(scheduler, plan.frame, plan.files)
+            team = Pool(plan.context, plan.files, count) if scheduler is None else Cluster(scheduler, plan.context, plan.files)
             for rows in team.results(todo) if todo else ():
                 store.append(rows)
                 done += len(rows)

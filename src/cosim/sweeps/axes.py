@@ -95,24 +95,16 @@ def points(axes: Sequence[Axis], samples: int | None = None, seed: int = 0) -> l
         raise ValueError(f"the number of samples must be at least 1, got {samples}")
     drawn: list[Point] = [{}]
     if samples is not None:
-        unit = latin_hypercube(samples, len(ranges), seed)
-        columns = [_scaled(axis, unit[:, j]) for j, axis in enumerate(ranges)]
+        from scipy.stats import qmc
+
+        shares = qmc.LatinHypercube(len(ranges), seed=np.random.default_rng(seed)).random(samples)  # `rng` from scipy 1.15 on
+        columns = [_scaled(axis, shares[:, j]) for j, axis in enumerate(ranges)]
         drawn = [{axis.target: column[i] for axis, column in zip(ranges, columns, strict=True)} for i in range(samples)]
     grid = [dict(zip((a.target for a in listed), values, strict=True)) for values in product(*(a.values for a in listed))]
     return [{target: (of_grid | of_draw)[target] for target in targets} for of_grid in grid for of_draw in drawn]
 
 
-def _scaled(axis: Ranged, unit: np.ndarray) -> list[float]:
+def _scaled(axis: Ranged, shares: np.ndarray) -> list[float]:
     if axis.log:
-        return list((axis.low * (axis.high / axis.low) ** unit).tolist())
-    return list((axis.low + (axis.high - axis.low) * unit).tolist())
-
-
-def latin_hypercube(samples: int, dimensions: int, seed: int) -> np.ndarray:
-    """Points in the unit cube, shape (samples, dimensions): in each dimension, one in each of `samples` equal strata.
-
-    Source: McKay, Beckman and Conover, A comparison of three methods for selecting values of input variables (1979).
-    """
-    generator = np.random.default_rng(seed)
-    strata = np.stack([generator.permutation(samples) for _ in range(dimensions)], axis=1)
-    return (strata + generator.random((samples, dimensions))) / samples
+        return list((axis.low * (axis.high / axis.low) ** shares).tolist())
+    return list((axis.low + (axis.high - axis.low) * shares).tolist())

@@ -24,8 +24,8 @@ class Fmus:
     A worker with several threads has a runner for each that is at work.
     """
 
-    def __init__(self, name: str, frame: SweepContext, contents: Mapping[str, bytes]) -> None:
-        self.name, self._frame, self._contents = name, frame, dict(contents)
+    def __init__(self, name: str, context: SweepContext, contents: Mapping[str, bytes]) -> None:
+        self.name, self._context, self._contents = name, context, dict(contents)
         self._files: dict[str, str] = {}
         self._idle: list[Runner] = []
 
@@ -53,7 +53,7 @@ class Fmus:
         try:
             runner = self._idle.pop()
         except IndexError:
-            runner = Runner(self._frame, self._files)
+            runner = Runner(self._context, self._files)
         done = [runner.row(key, point) for key, point in runs]
         self._idle.append(runner)
         return done
@@ -70,12 +70,12 @@ def do(name: str, runs: list[tuple[str, Point]]) -> list[Row]:
 class Cluster:
     """The cluster whose scheduler is at `address`; results() yields rows as they come. ValueError if nobody answers there."""
 
-    def __init__(self, address: str, frame: SweepContext, files: Mapping[str, str]) -> None:
+    def __init__(self, address: str, context: SweepContext, files: Mapping[str, str]) -> None:
         try:
             import distributed
         except ImportError:
             raise ValueError("--scheduler needs the extra `dask` (distributed), which is not installed") from None
-        self._frame = frame
+        self._context = context
         try:
             self._client = distributed.Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -94,7 +94,7 @@ class Cluster:
         runs = list(todo.items())
         client = self._client
         try:
-            client.register_plugin(Plugin(name, self._frame, self._contents), name=name)
+            client.register_plugin(Plugin(name, self._context, self._contents), name=name)
             pace, begun = TASK, 0
             tasks: dict[Any, list[tuple[str, Point]]] = {}
             completed = distributed.as_completed(loop=client.loop)
@@ -118,7 +118,7 @@ class Cluster:
                     rows = task.result()
                 else:
                     reason = f"{type(task.exception()).__name__}: {' '.join(str(task.exception()).split())}"
-                    rows = [row_of(self._frame, key, point, None, reason, 0.0) for key, point in part]
+                    rows = [row_of(self._context, key, point, None, reason, 0.0) for key, point in part]
                 seconds = [row[1 + len(part[0][1]) + FIXED.index("wall_s")] for row in rows]
                 pace += 0.3 * (max(sum(seconds) / len(seconds), 1e-4) - pace)
                 ahead = 2 * max(1, sum(client.nthreads().values()))

@@ -16,10 +16,10 @@ from ..coupling import Algorithm, algorithm
 from ..master import macro_steps
 from ..systems import System, archive, catalogue
 from .axes import Axis, Listed, Point, Value, parse, points
-from .inquiry import MEASURES, SystemQuery
 from .measure import Measure
+from .query import MEASURES, SystemQuery
 
-CHOICES = ("algorithm", "order", "step")  # axes that are no variable of a component; a component's name is its variant
+CHOICES = ("algorithm", "degree", "step")  # axes that are no variable of a component; a component's name is its variant
 CASE = "case"  # the axis of named sets of values
 FIXED = ("status", "error", "ended_by", "steps", "t_end", "wall_s", "energy_residual", "energy_exchanged")
 TEXT = ("run", "status", "error", "ended_by")
@@ -47,8 +47,8 @@ class SweepContext:
     @property
     def measured(self) -> tuple[str, ...]:
         """The columns of what is measured of a run: of its signals, then one's own."""
-        own = tuple(self.measure.columns) if self.measure is not None else ()
-        return (*(f"{signal}.{measure}" for signal in self.signals for measure in MEASURES), *own)
+        extra = tuple(self.measure.columns) if self.measure is not None else ()
+        return (*(f"{signal}.{measure}" for signal in self.signals for measure in MEASURES), *extra)
 
     def system_at(self, point: Point, files: Mapping[str, str]) -> System:
         """The system of one run, with the FMUs where this machine has them (gyro_cosim.systems.archive writes locations so)."""
@@ -64,7 +64,7 @@ class SweepContext:
     def algorithm_at(self, point: Point) -> Algorithm:
         """The coupling algorithm of one run."""
         chosen = {**self.defaults, **point}
-        return algorithm(str(chosen["algorithm"]), int(chosen["order"]))
+        return algorithm(str(chosen["algorithm"]), int(chosen["degree"]))
 
     def step_at(self, point: Point) -> float:
         """The macro step of one run, s."""
@@ -73,12 +73,12 @@ class SweepContext:
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep: its frame, its axes, its runs by key, the locations of the FMUs by key, and what its file says of it.
+    """A sweep: what its runs share, its axes, its runs by key, the locations of the FMUs by key, and what its file says of it.
 
     units : column -> unit, where it has one. definition : as JSON; equal for equal sweeps.
     """
 
-    frame: SweepContext
+    context: SweepContext
     axes: tuple[Axis, ...]
     runs: Mapping[str, Point]
     files: Mapping[str, str]
@@ -88,7 +88,7 @@ class Plan:
     @property
     def columns(self) -> tuple[str, ...]:
         """Of a row: its key, the axes, what became of the run, and the measures of the signals."""
-        return ("run", *(axis.target for axis in self.axes), *FIXED, *self.frame.measured)
+        return ("run", *(axis.target for axis in self.axes), *FIXED, *self.context.measured)
 
     @property
     def text_columns(self) -> tuple[str, ...]:
@@ -103,7 +103,7 @@ class Sweep:
 
     values : `component.parameter` -> one value, or an axis as gyro_cosim.sweeps.axes describes it.
     variants : component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
-    algorithms, orders, steps (s) : one or several each. stop : s.
+    algorithms, degrees, steps (s) : one or several each. stop : s.
     samples, seed : of the Latin hypercube over the ranges among `values`. signals : shell patterns; empty for all outputs.
     cases : name -> values that are set together, `component.parameter` -> value: an axis `case` of the names.
     measure : numbers of one's own from each run's trajectory.
@@ -113,7 +113,7 @@ class Sweep:
     values: Mapping[str, str] = field(default_factory=dict)
     variants: Mapping[str, Sequence[str]] = field(default_factory=dict)
     algorithms: Sequence[str] = ("jacobi",)
-    orders: Sequence[int] = (1,)
+    degrees: Sequence[int] = (1,)
     steps: Sequence[float] = ()
     stop: float | None = None
     samples: int | None = None
@@ -129,7 +129,7 @@ class Sweep:
         for h in steps:
             macro_steps(h, stop, self.system.start)
         for name in self.algorithms:
-            for degree in self.orders:
+            for degree in self.degrees:
                 algorithm(name, degree)
         with SystemQuery(self.system, self.variants) as components:
             axes = [parse(target, text, partial(components.value, target)) for target, text in self.values.items()]
@@ -146,7 +146,7 @@ class Sweep:
             listed[CASE] = tuple(cases)
         choices: dict[str, tuple[Value, ...]] = {
             "algorithm": tuple(self.algorithms),
-            "order": tuple(map(float, self.orders)),
+            "degree": tuple(map(float, self.degrees)),
             "step": tuple(steps),
         }
         fixed = {a.target: a.values[0] for a in axes if isinstance(a, Listed) and len(a.values) == 1}
@@ -155,15 +155,15 @@ class Sweep:
         system = self.system
         for target, value in fixed.items():
             system = system.with_value(target, value)
-        frame, files = _frame(system, self.variants, {c: v[0] for c, v in choices.items() if len(v) == 1}, stop, signals)
-        frame = replace(frame, cases=cases, measure=self.measure)
+        context, files = _context(system, self.variants, {c: v[0] for c, v in choices.items() if len(v) == 1}, stop, signals)
+        context = replace(context, cases=cases, measure=self.measure)
         if not kept:
             raise ValueError("a sweep must have an axis, has none: say --set COMPONENT.PARAMETER=LOW:HIGH:N")
         base = {
-            "parts": {p.name: [p.source, {**p.bound, **p.values}] for p in frame.system.components},
+            "parts": {p.name: [p.source, {**p.bound, **p.values}] for p in context.system.components},
             "connections": [asdict(connection) for connection in system.connections],
             "bonds": [asdict(bond) for bond in system.bonds],
-            "defaults": dict(frame.defaults),
+            "defaults": dict(context.defaults),
             "stop": stop,
             "stop_when": [asdict(condition) for condition in system.stop_when],
             "signals": list(signals),
@@ -175,25 +175,25 @@ class Sweep:
             units |= {column: unit for column, unit in self.measure.columns.items() if unit}
         common, runs = _hash(base), {}
         for point in points(kept, self.samples, self.seed):
-            meant = {**frame.variants, CASE: cases}
+            meant = {**context.variants, CASE: cases}
             contents = {t: meant[t][str(value)] if t in meant else value for t, value in point.items()}
             runs[_hash([common, contents])] = point
         definition = {
             "system": system.name,
             **base,
-            "variants": frame.variants,
+            "variants": context.variants,
             **({"cases": cases} if cases else {}),
             "axes": [_described(axis) for axis in kept],
             "samples": self.samples,
             "seed": self.seed if self.samples is not None else None,
         }
-        return Plan(frame, tuple(kept), runs, files, UNITS | units, definition)
+        return Plan(context, tuple(kept), runs, files, UNITS | units, definition)
 
 
-def _frame(
+def _context(
     system: System, variants: Mapping[str, Sequence[str]], defaults: Mapping[str, Value], stop: float, signals: tuple[str, ...]
 ) -> tuple[SweepContext, dict[str, str]]:
-    """The frame and its FMUs: content hash -> location."""
+    """What the runs share, and their FMUs: content hash -> location."""
     files: dict[str, str] = {}
 
     def key(source: str) -> str:
@@ -204,7 +204,9 @@ def _frame(
 
     keyed = {
         target: {
-            name: {p.name: key(p.source) for p in system.with_source(target, name).components if p.name in system.members(target)}
+            name: {
+                p.name: key(p.source) for p in system.with_source(target, name).components if p.name in system.addressed(target)
+            }
             for name in names
         }
         for target, names in variants.items()

@@ -4,7 +4,7 @@ A worker that dies (a crash in an FMU, a signal, memory) costs only the runs it 
 a run whose process dies once more is a row with that error. Workers are spawned, so a script that sweeps needs the usual
 `if __name__ == "__main__":`.
 
-What a run is, is the Task's to say: of a sweep, one run of its system (SweepJob); of another study, what it likes.
+What a run is, is the Task's to say: of a sweep, one run of its system (SweepTask); of another study, what it likes.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or bot
 
 
 class Worker(Protocol):
-    """Does the runs of a job, one after another, in one process."""
+    """Does the runs of a task, one after another, in one process."""
 
     def row(self, key: str, point: Point) -> Row:
         """Do the run and measure it; whatever goes wrong is said in the row, which begins with the key."""
@@ -56,18 +56,18 @@ class Task(Protocol):
 
 
 @dataclass(frozen=True)
-class SweepJob:
+class SweepTask:
     """The runs of a sweep."""
 
-    frame: SweepContext
+    context: SweepContext
 
     def open(self, files: Mapping[str, str]) -> Worker:
         """See Task."""
-        return Runner(self.frame, files)
+        return Runner(self.context, files)
 
     def lost(self, key: str, point: Point, error: str) -> Row:
         """See Task."""
-        return row_of(self.frame, key, point, None, error, 0.0)
+        return row_of(self.context, key, point, None, error, 0.0)
 
     def seconds(self, point: Point, row: Row) -> float:
         """See Task."""
@@ -79,14 +79,14 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def work(connection: Connection, job: Task, files: Mapping[str, str], scratch: str) -> None:
+def _work(connection: Connection, task: Task, files: Mapping[str, str], scratch: str) -> None:
     """The life of a worker: runs come in, as (key, point); rows go out. It ends when the other side does.
 
     scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     os.environ["TMPDIR"], tempfile.tempdir = scratch, None
-    runner = job.open(files)
+    worker = task.open(files)
     held: deque[tuple[str, Point]] = deque()
     rows: list[Row] = []
     try:
@@ -95,14 +95,14 @@ def work(connection: Connection, job: Task, files: Mapping[str, str], scratch: s
         while True:
             while not held or connection.poll():
                 held.extend(connection.recv())
-            rows.append(runner.row(*held.popleft()))
+            rows.append(worker.row(*held.popleft()))
             if not held or time.perf_counter() - reported > REPORT:
                 connection.send(rows)
                 rows, reported = [], time.perf_counter()
     except (EOFError, OSError):
         return
     finally:
-        runner.close()
+        worker.close()
         with contextlib.suppress(OSError):  # not empty: another worker is there still, or the parent will see to it
             Path(scratch).rmdir()
 
@@ -120,7 +120,7 @@ def _single_threaded() -> Iterator[None]:
 
 
 @dataclass(eq=False)
-class _Worker:
+class _Process:
     """A process and what it holds: the runs it was given and has not reported, in order."""
 
     process: BaseProcess
@@ -138,12 +138,12 @@ class _Worker:
 
 
 class Pool:
-    """`workers` processes for the runs of one sweep, or of another job; results() yields rows as they come."""
+    """`workers` processes for the runs of one sweep, or of another task; results() yields rows as they come."""
 
     def __init__(self, what: SweepContext | Task, files: Mapping[str, str], workers: int) -> None:
-        self._job = SweepJob(what) if isinstance(what, SweepContext) else what
+        self._task = SweepTask(what) if isinstance(what, SweepContext) else what
         self._files, self._count = files, workers
-        self._workers: list[_Worker] = []
+        self._workers: list[_Process] = []
         self._scratch = ""
         self._suspects: deque[tuple[str, Point]] = deque()  # were held by a worker that died: done alone
         self._once: set[str] = set()  # keys of runs that were held by a worker that died
@@ -179,21 +179,21 @@ class Pool:
             self._workers.clear()
             shutil.rmtree(self._scratch, ignore_errors=True)
 
-    def _start(self) -> _Worker:
-        context = multiprocessing.get_context("spawn")
-        ours, theirs = context.Pipe()
-        process = context.Process(target=work, args=(theirs, self._job, dict(self._files), self._scratch), daemon=True)
+    def _start(self) -> _Process:
+        spawning = multiprocessing.get_context("spawn")
+        ours, theirs = spawning.Pipe()
+        process = spawning.Process(target=_work, args=(theirs, self._task, dict(self._files), self._scratch), daemon=True)
         with _single_threaded():
             process.start()
         theirs.close()
-        return _Worker(process, ours)
+        return _Process(process, ours)
 
-    def _took(self, worker: _Worker, rows: list[Row]) -> None:
+    def _took(self, worker: _Process, rows: list[Row]) -> None:
         for row in rows:
             point = worker.held.pop(row[0])
-            self._pace += 0.2 * (self._job.seconds(point, row) - self._pace)
+            self._pace += 0.2 * (self._task.seconds(point, row) - self._pace)
 
-    def _feed(self, worker: _Worker, waiting: deque[tuple[str, Point]]) -> None:
+    def _feed(self, worker: _Process, waiting: deque[tuple[str, Point]]) -> None:
         """Give a worker what it may hold: a suspect alone, else runs for AHEAD seconds, and two at least so as not to wait."""
         if self._suspects:
             if not worker.held:
@@ -203,7 +203,7 @@ class Pool:
         if len(worker.held) <= most // 2:
             self._give(worker, [waiting.popleft() for _ in range(min(most - len(worker.held), len(waiting)))])
 
-    def _give(self, worker: _Worker, runs: list[tuple[str, Point]]) -> None:
+    def _give(self, worker: _Process, runs: list[tuple[str, Point]]) -> None:
         if runs:
             worker.held.update(runs)
             try:
@@ -211,7 +211,7 @@ class Pool:
             except OSError:  # it has died: wait() will say so
                 return
 
-    def _lost(self, worker: _Worker, waiting: deque[tuple[str, Point]]) -> list[Row]:
+    def _lost(self, worker: _Process, waiting: deque[tuple[str, Point]]) -> list[Row]:
         """A worker has died: replace it. Its runs are suspects, or, if it held one alone that was one already, a row."""
         self._workers.remove(worker)
         worker.connection.close()
@@ -225,7 +225,7 @@ class Pool:
         for key, point in worker.held.items():
             if key in self._once and len(worker.held) == 1:
                 error = f"the process that ran it ended with {reason}, twice"
-                rows.append(self._job.lost(key, point, error))
+                rows.append(self._task.lost(key, point, error))
             else:
                 self._once.add(key)
                 self._suspects.append((key, point))

@@ -12,8 +12,8 @@ from ..master import Run
 from ..network import Network
 from ..systems import System
 from .axes import Point
-from .inquiry import MEASURES
 from .plan import FIXED, SweepContext
+from .query import MEASURES
 
 BLOCK = 4096  # rows measured at a time
 Row = list[Any]  # in the order of Plan.columns
@@ -22,8 +22,8 @@ Row = list[Any]  # in the order of Plan.columns
 class Runner:
     """Does the runs of one sweep in this process. files : key of an FMU -> its location here."""
 
-    def __init__(self, frame: SweepContext, files: Mapping[str, str]) -> None:
-        self._frame, self._files = frame, files
+    def __init__(self, context: SweepContext, files: Mapping[str, str]) -> None:
+        self._context, self._files = context, files
         self._open: dict[tuple[str, ...], Network] = {}
 
     def row(self, key: str, point: Point) -> Row:
@@ -36,17 +36,17 @@ class Runner:
             run, error = failure.partial, str(failure)
         except Exception as failure:  # a sweep goes on, whatever one run meets; the row names the error and its kind
             error = f"{type(failure).__name__}: {failure}"
-        own, wrong = self._own(run)
-        row = row_of(self._frame, key, point, run, error or wrong, 0.0, own)
+        extra, wrong = self._extra(run)
+        row = row_of(self._context, key, point, run, error or wrong, 0.0, extra)
         row[1 + len(point) + FIXED.index("wall_s")] = time.perf_counter() - began  # measuring is part of the work
         return row
 
-    def _own(self, run: Run | None) -> tuple[list[float] | None, str]:
+    def _extra(self, run: Run | None) -> tuple[list[float] | None, str]:
         """The numbers of one's own, None where there are none, and what went wrong with them."""
-        if self._frame.measure is None or run is None:
+        if self._context.measure is None or run is None:
             return None, ""
         try:
-            return self._frame.measure(run.trajectory), ""
+            return self._context.measure(run.trajectory), ""
         except Exception as failure:  # as for the run: the row says it, and the sweep goes on
             return None, f"measuring the run: {type(failure).__name__}: {failure}"
 
@@ -57,10 +57,10 @@ class Runner:
         self._open.clear()
 
     def _run(self, point: Point) -> Run:
-        system = self._frame.system_at(point, self._files)
-        algorithm = self._frame.algorithm_at(point)
+        system = self._context.system_at(point, self._files)
+        algorithm = self._context.algorithm_at(point)
         options = master.Options(compiled=True)
-        return master.run(self._network(system), algorithm, self._frame.step_at(point), self._frame.stop, options=options)
+        return master.run(self._network(system), algorithm, self._context.step_at(point), self._context.stop, options=options)
 
     def _network(self, system: System) -> Network:
         """The system's wiring and values around slaves that are open already, if ever they were opened."""
@@ -71,23 +71,23 @@ class Runner:
 
 
 def row_of(
-    frame: SweepContext, key: str, point: Point, run: Run | None, error: str, seconds: float, own: list[float] | None = None
+    context: SweepContext, key: str, point: Point, run: Run | None, error: str, seconds: float, extra: list[float] | None = None
 ) -> Row:
-    """The row of a run, which may have failed on the way, or before it began. own : the numbers of the sweep's own measure."""
+    """The row of a run, which may have failed on the way, or before it began. extra : the numbers of the sweep's own measure."""
     status = "failed" if error or run is None else run.status
     head = [key, *point.values(), status, " ".join(error.split()), run.ended_by if run is not None else ""]
     nan = float("nan")
     if run is None:
-        return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * len(frame.measured)]
+        return [*head, 0.0, 0.0, seconds, nan, nan, *[nan] * len(context.measured)]
     trajectory = run.trajectory
     place = {name: j for j, name in enumerate(trajectory.names)}
-    columns = [place.get(name) for name in frame.signals]
+    columns = [place.get(name) for name in context.signals]
     measured = _measured(np.asarray(trajectory.values))
     measures = [x for j in columns for x in ([nan] * len(MEASURES) if j is None else measured[:, j].tolist())]
     exchanged = sum(bond.exchanged for bond in run.energy)
-    if own is None:
-        own = [nan] * (len(frame.measured) - len(measures))
-    return [*head, float(run.steps), float(trajectory.t[-1]), seconds, run.energy_residual, exchanged, *measures, *own]
+    if extra is None:
+        extra = [nan] * (len(context.measured) - len(measures))
+    return [*head, float(run.steps), float(trajectory.t[-1]), seconds, run.energy_residual, exchanged, *measures, *extra]
 
 
 def _measured(values: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from .runner import Row
-from .table import MARK, Table, check_format, read, write
+from .table import MARK, VERSION, Table, check_format, read, write
 
 try:
     import fcntl
@@ -36,7 +36,7 @@ class Store:
         """
         check_format(file)
         self._file, self._path = file, journal_of(file)
-        self._head = {MARK: 1, "columns": list(columns), "text": list(text), "definition": json.loads(_json(definition))}
+        self._head = {MARK: VERSION, "columns": list(columns), "text": list(text), "definition": json.loads(_json(definition))}
         self.done: set[str] = set()
         self._good = 0  # length of the journal up to its last whole line
         self._rows = 0  # in the journal
@@ -100,6 +100,11 @@ class Store:
 
     def _check(self, head: Mapping[str, Any], where: Path, extend: bool) -> None:
         """Refuse a file of another sweep, and say in what it differs."""
+        if head[MARK] != VERSION:
+            raise ValueError(
+                f"{str(where)!r} must be a sweep of format {VERSION} to go on, has format {head[MARK]}, which can only be drawn"
+                "; give another file"
+            )
         theirs, ours = dict(head["definition"]), dict(self._head["definition"])
         differ = {k for k in {*theirs, *ours} if theirs.get(k) != ours.get(k)}
         extensible = differ <= EXTENSIBLE and head["columns"] == self._head["columns"] and not _contradict(theirs, ours)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 MARK = "cosim sweep"
+VERSION = 2  # 1, of gyro-cosim 0.1, drew other samples and called the degree `order`
 FORMATS = (".npz", ".csv", ".parquet")
 
 

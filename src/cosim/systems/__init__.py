@@ -6,6 +6,6 @@ archive         files from elsewhere, which are not trusted
 quantities      what units and types two signals may have to be joined
 """
 
-from .plan import Connection, Conversion, Port, PowerBond, StopWhen, System, SystemComponent
+from .plan import Connection, Conversion, Exchange, Port, PowerBond, StopWhen, System, SystemComponent
 
-__all__ = ["Connection", "Conversion", "Port", "PowerBond", "StopWhen", "System", "SystemComponent"]
+__all__ = ["Connection", "Conversion", "Exchange", "Port", "PowerBond", "StopWhen", "System", "SystemComponent"]

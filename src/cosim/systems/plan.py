@@ -92,8 +92,50 @@ class StopWhen:
 
 
 @dataclass(frozen=True)
+class Exchange:
+    """What people exchange in a system: the default of commands and studies that compare variants of a component.
+
+    Parameters
+    ----------
+    component : str
+        The name that addresses it, as System.addressed() takes it: "gyro" for gyro_front and gyro_rear.
+    ending : str
+        Ending of the variants that are meant in this system's size, such as "_full": "off" then means "off_full" where there
+        is one, so that a small unit is not put on a large vehicle by mistake. Empty: names of variants stand as they are.
+    """
+
+    component: str
+    ending: str = ""
+
+
+@dataclass(frozen=True)
 class System:
-    """See the module's docstring. `step`, `start` and `stop` (s) are what a run takes where it is told nothing else."""
+    """A plan of named components and connections; it loads nothing.
+
+    Parameters
+    ----------
+    name, description : str
+        What it is called, and a line about it.
+    components : tuple of SystemComponent
+        In the order in which they were named.
+    connections : tuple of Connection
+        Each from an output to an input; an input has one source at most.
+    bonds : tuple of PowerBond
+        Pairs of connections whose signals' product is a power.
+    step, start, stop : float
+        Macro step, beginning and end (s) of a run that is told nothing else.
+    stop_when : tuple of StopWhen
+        What ends a run early.
+    exchange : Exchange or None
+        What people exchange in it; None where it does not say.
+
+    Raises
+    ------
+    WiringError
+        Where names are not there or stand twice, or an input has two sources.
+    ValueError
+        Where `exchange` names no component.
+    """
 
     name: str
     components: tuple[SystemComponent, ...]
@@ -104,10 +146,11 @@ class System:
     description: str = ""
     stop_when: tuple[StopWhen, ...] = ()
     start: float = 0.0
+    exchange: Exchange | None = None
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
-        names = Counter(part.name for part in self.components)
+        names = Counter(component.name for component in self.components)
         for name, times in names.items():
             if times > 1:
                 raise WiringError(f"system {self.name!r}: component names must differ, got {name!r} twice")
@@ -120,44 +163,100 @@ class System:
                 sources = " and ".join(".".join(c.start) for c in self.connections if c.end == connection.end)
                 end = ".".join(connection.end)
                 raise WiringError(f"system {self.name!r}: input {end} must have one source, has two: {sources}")
+        if self.exchange is not None:
+            self.addressed(self.exchange.component)
 
-    def members(self, name: str) -> tuple[str, ...]:
-        """The components that `name` addresses: itself, or every `name_...` ("gyro": gyro_front and gyro_rear)."""
-        names = [part.name for part in self.components]
+    def addressed(self, name: str) -> tuple[str, ...]:
+        """The components that `name` addresses.
+
+        Parameters
+        ----------
+        name : str
+            A component, or the beginning that several share: "gyro" for every `gyro_...` where none is called "gyro".
+
+        Returns
+        -------
+        tuple of str
+            Their names, at least one.
+
+        Raises
+        ------
+        ValueError
+            Where there is none.
+        """
+        names = [component.name for component in self.components]
         found = tuple(n for n in names if n == name) or tuple(n for n in names if n.startswith(f"{name}_"))
         if not found:
             raise unknown(f"component of system {self.name!r}:", name, names)
         return found
 
-    def with_source(self, name: str, source: str) -> "System":
-        """The same system with another unit in the place of the component(s) that `name` addresses.
+    def exchanged(self, name: str | None = None) -> str:
+        """The component to exchange: `name`, or the one that the system names where it is None.
 
-        `source` : a variant of the same package ("nonlinear"), a catalogue name, a Python file, or the path of an FMU.
-        A variant's name keeps the ending that tells the parameter set: where "nonlinear_full" stands, "off" means "off_full"
-        if there is one, so that a small unit is not put on a large vehicle by mistake; `PACKAGE:VARIANT` is taken as it is.
+        Raises
+        ------
+        ValueError
+            Where `name` addresses no component, or is None and the system names none.
         """
-        members = self.members(name)
+        if name is None and self.exchange is None:
+            raise ValueError(f"system {self.name!r} does not say which component is exchanged: name one (--component NAME)")
+        chosen = self.exchange.component if name is None and self.exchange is not None else str(name)
+        self.addressed(chosen)
+        return chosen
 
-        def swapped(part: SystemComponent) -> str:
+    def with_source(self, name: str, source: str) -> "System":
+        """The same system with the component(s) that `name` addresses made from another source.
+
+        Parameters
+        ----------
+        name : str
+            As addressed() takes it.
+        source : str
+            A variant of the same package ("nonlinear"), a catalogue name ("gyro_unit:nonlinear"), a Python file, or the path
+            of an FMU. A variant of the component that `exchange` names is meant with the ending given there, if there is one
+            of that name; `PACKAGE:VARIANT` is taken as it is.
+
+        Raises
+        ------
+        ValueError
+            Where a variant is named and the component, an FMU or a Python file, has none.
+        """
+        chosen = self.addressed(name)
+        ending = self.exchange.ending if self.exchange and set(chosen) <= set(self.addressed(self.exchange.component)) else ""
+
+        def swapped(component: SystemComponent) -> str:
             if source.endswith(".fmu") or ".py" in source or ":" in source:
                 return source
-            package = part.source.partition(":")[0]
+            package = component.source.partition(":")[0]
             if package.endswith((".fmu", ".py")):
-                raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, since {part.source!r} has no variants")
-            _, mark, ending = part.source.partition(":")[2].rpartition("_")
-            sized = f"{source}{mark}{ending}"
-            return f"{package}:{sized if mark and sized in catalogue.components().get(package, ()) else source}"
+                what = f"since {component.source!r} has no variants"
+                raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, {what}")
+            sized = f"{source}{ending}" in catalogue.components().get(package, ())
+            return f"{package}:{source}{ending if sized else ''}"
 
-        components = tuple(replace(p, source=swapped(p), ports={}) if p.name in members else p for p in self.components)
+        components = tuple(replace(c, source=swapped(c), ports={}) if c.name in chosen else c for c in self.components)
         return replace(self, components=components)
 
     def with_value(self, target: str, value: Any) -> "System":
-        """The same system with `component.variable` set to `value`, a number or text with a unit ("200rpm")."""
-        whole = [p.name for p in self.components if target.startswith(f"{p.name}.")]  # a component's name may hold dots
+        """The same system with one value set.
+
+        Parameters
+        ----------
+        target : str
+            `component.variable`; the component as addressed() takes it.
+        value : number, str or sequence
+            In the variable's unit, or text with a unit of its own ("200rpm").
+
+        Raises
+        ------
+        ValueError
+            Where `target` has not that form or addresses no component. The variable is looked up when the system is opened.
+        """
+        whole = [c.name for c in self.components if target.startswith(f"{c.name}.")]  # a component's name may hold dots
         name = max(whole, key=len, default=target.partition(".")[0])
         variable = target[len(name) + 1 :]
         if not (name and variable):
             raise ValueError(f"a value must be set as COMPONENT.PARAMETER=VALUE, got {target!r}")
-        members = self.members(name)
-        components = tuple(replace(p, values={**p.values, variable: value}) if p.name in members else p for p in self.components)
+        chosen = self.addressed(name)
+        components = tuple(replace(c, values={**c.values, variable: value}) if c.name in chosen else c for c in self.components)
         return replace(self, components=components)

@@ -24,7 +24,7 @@ from ...systems import archive, catalogue
 from .open_parameters import Open, draws, middle
 
 NAMED = ("kind", "draw", "wheels")  # what a row is, before the parameters: see points()
-FATE = ("status", "error", "wall_s")
+OUTCOME = ("status", "error", "wall_s")
 TEXT = ("run", "kind", "wheels", "status", "error")
 DRAW, MIDDLE = "draw", "middle"
 MARGIN = ", margin"
@@ -93,7 +93,7 @@ class Study:
         """Of a row: key, what it is, parameters, fate, measures, and for each part of each claim 1 or 0, and its margin."""
         targets = (parameter.target for parameter in self.subject.parameters)
         parts = (f"{c}: {p}{end}" for c, parts in self.subject.claims.items() for p in parts for end in ("", MARGIN))
-        return ("run", *NAMED, *targets, *FATE, *self.subject.measures, *parts)
+        return ("run", *NAMED, *targets, *OUTCOME, *self.subject.measures, *parts)
 
     def points(self) -> list[Point]:
         """Every row's point: what has a name and the middle of all ranges (draw -1), then the draws, for each kind of wheels."""
@@ -110,7 +110,7 @@ def _point(parameters: Sequence[Open], kind: str, number: int, wheels: str, valu
 
 
 @dataclass(frozen=True)
-class DrawJob:
+class DrawTask:
     """A gyro_cosim.sweeps.pool.Task."""
 
     study: Study
@@ -125,7 +125,7 @@ class DrawJob:
 
     def seconds(self, point: Point, row: Row) -> float:
         """See Task."""
-        return float(row[1 + len(point) + FATE.index("wall_s")])
+        return float(row[1 + len(point) + OUTCOME.index("wall_s")])
 
     def row(self, key: str, point: Point, error: str, seconds: float, found: Mapping[str, float]) -> Row:
         """The row of a draw; what was not found is nan."""
@@ -136,8 +136,8 @@ class DrawJob:
 class DrawRunner:
     """Does draws in this process."""
 
-    def __init__(self, job: DrawJob, bench: Bench) -> None:
-        self._job, self._bench = job, bench
+    def __init__(self, task: DrawTask, bench: Bench) -> None:
+        self._task, self._bench = task, bench
 
     def row(self, key: str, point: Point) -> Row:
         """Run the cases of one draw; whatever goes wrong is said in the row, with what was measured before."""
@@ -150,7 +150,7 @@ class DrawRunner:
             error = str(failure)
         except Exception as failure:  # a study goes on, whatever one draw meets; the row names the error and its kind
             error = f"{type(failure).__name__}: {failure}"
-        return self._job.row(key, point, error, time.perf_counter() - began, found)
+        return self._task.row(key, point, error, time.perf_counter() - began, found)
 
     def close(self) -> None:
         """Close the FMUs."""
@@ -178,7 +178,7 @@ def carry_out(
         todo = {key: point for key, point in runs.items() if key not in store.done}
         done = len(runs) - len(todo)
         try:
-            for rows in Pool(DrawJob(study), files, min(workers or cores(), len(todo))).results(todo) if todo else ():
+            for rows in Pool(DrawTask(study), files, min(workers or cores(), len(todo))).results(todo) if todo else ():
                 store.append(rows)
                 done += len(rows)
                 if progress is not None:

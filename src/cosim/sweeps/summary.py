@@ -1,0 +1,36 @@
+"""What a study has found, as JSON: numbers that are not finite become null, which JSON has no other word for."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+
+def write_summary(file: str | Path, summary: Mapping[str, Any]) -> Path:
+    """Write a study's results as JSON.
+
+    Parameters
+    ----------
+    file
+        Where to; its folder must exist.
+    summary
+        Texts, numbers, lists and mappings; NaN and infinity are written as null.
+
+    Returns
+    -------
+    Path
+        Of the file.
+    """
+    file = Path(file)
+    file.write_text(json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return file
+
+
+def _finite(value: Any) -> Any:
+    """The same with None for every number that is not finite."""
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
