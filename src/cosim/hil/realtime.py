@@ -221,10 +221,10 @@ def _memory(*, lock: bool) -> bool:
     if libc is None:
         return False
     if not lock:
-        return libc.munlockall() == 0
+        return bool(libc.munlockall() == 0)
     if os.geteuid() != 0:  # with a limit, MCL_FUTURE would make later allocations fail
-        return libc.mlockall(_MCL_CURRENT) == 0
-    return libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) == 0
+        return bool(libc.mlockall(_MCL_CURRENT) == 0)
+    return bool(libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) == 0)
 
 
 def _prefer(priority: int) -> bool:

@@ -66,7 +66,7 @@ def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
     even = np.linspace(t[0], t[-1], t.size)  # the filter wants even steps; a last, shorter one is spread
 
     def signal(name: str) -> np.ndarray:
-        return np.interp(even, t, trajectory[f"{vehicle}.{name}"])
+        return np.asarray(np.interp(even, t, trajectory[f"{vehicle}.{name}"]))
 
     def extent(suffix: str) -> dict[str, tuple[float, float]]:
         sizes = {pair: np.abs(trajectory[f"{vehicle}.{pair}{suffix}"]) for pair in pairs}

@@ -101,7 +101,7 @@ def _edges(centres: np.ndarray) -> np.ndarray:
     if centres.size == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     if _geometric(centres):
-        return np.exp(_edges_of(np.log(centres)))
+        return np.asarray(np.exp(_edges_of(np.log(centres))))
     return _edges_of(centres)
 
 
