@@ -1,13 +1,13 @@
 """Does the result converge as the macro step shrinks, and how fast? A ladder of steps against the monolith."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..coupling import Algorithm
 from ..errors import RunError
-from ..master import macro_steps, open_network, run
+from ..master import Progress, macro_steps, open_network, run
 from ..network import Network
 from ..systems import System
 from .monolith import Monolith
@@ -52,7 +52,7 @@ def converge(
     rungs: int,
     stop: float,
     in_process: bool = False,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Convergence:
     """Run `system` from its start to `stop` (s) with each algorithm at macro steps step, step / 2, ... (`rungs` of them; s).
 

@@ -17,7 +17,7 @@ IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most th
 
 @dataclass(frozen=True)
 class Recording:
-    """What to record: signals whose name matches one of `select` (as trajectory.matching() reads it; empty: all), every `every` macro steps.
+    """What to record: the signals that `select` means, as trajectory.matching() reads it (empty: all), every `every` macro steps.
 
     stream : a .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
     """

@@ -6,11 +6,12 @@ A run that hunts in the flanges is chaotic, so every case in the curve is run fo
 figures show the first, verdicts count all. Cases: gyro_cosim.paper.cases; measures and verdicts: gyro_cosim.paper.measures.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import figures
+from ..master import Progress
 from ..systems import catalogue
 from . import measures
 from .cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
@@ -26,7 +27,7 @@ Cases = Mapping[Key, Case]
 
 
 def reproduce(
-    folder: Path, *, extent: Extent | None = None, progress: Callable[[float, float], None] | None = None
+    folder: Path, *, extent: Extent | None = None, progress: Progress | None = None
 ) -> tuple[list[Claim], list[Path]]:
     """Draw figures 6 to 10 into `folder`; returns the claims C5 to C10 and the files."""
     extent = extent or Extent()

@@ -1,12 +1,12 @@
 """The paper's first part: the wheel pair, figures 2 to 4, claims C1 to C4, and a map of damping beyond the paper."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import figures
+from ..master import Progress
 from ..ssp import system as named_system
 from ..stability import best, decay_rates
 from ..stability.figures import damping_map, root_locus
@@ -37,7 +37,7 @@ SIGNALS = {
 }
 
 
-def reproduce(folder: Path, *, progress: Callable[[float, float], None] | None = None) -> tuple[list[Claim], list[Path]]:
+def reproduce(folder: Path, *, progress: Progress | None = None) -> tuple[list[Claim], list[Path]]:
     """Draw figures 2 to 4 and the damping map into `folder`; returns the claims C1 to C4 and the files."""
     pair = named_system("wheel-pair")
     seen = pair_measures.observe(pair)

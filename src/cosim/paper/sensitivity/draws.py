@@ -7,7 +7,7 @@ that was stopped goes on where it was, what was under way is run again, and a dr
 import hashlib
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...errors import RunError
+from ...master import Progress
 from ...sweeps.axes import Point
 from ...sweeps.pool import Pool, cores
 from ...sweeps.runner import Row
@@ -158,7 +159,7 @@ class DrawRunner:
 
 
 def carry_out(
-    study: Study, file: Path, *, workers: int | None = None, progress: Callable[[float, float], None] | None = None
+    study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None
 ) -> Table:
     """All rows of the study, doing those that `file` (.csv, .npz or .parquet) does not hold yet.
 
