@@ -59,9 +59,9 @@ def number(text: Any) -> float | None:
 
 def attribute(variable: Any, name: str) -> float | None:
     """A numeric attribute of a variable, or of its type where the variable does not state it."""
-    own = number(getattr(variable, name, None))
+    stated = number(getattr(variable, name, None))
     declared = variable.declaredType
-    return own if own is not None or declared is None else number(getattr(declared, name, None))
+    return stated if stated is not None or declared is None else number(getattr(declared, name, None))
 
 
 def _numbers(v: Any) -> Findings:

@@ -40,12 +40,12 @@ class Assessment:
 
 def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
     """Every railway vehicle whose outputs were recorded; empty if there is none, or too little of a run to filter."""
-    found = []
+    vehicles = []
     for name in trajectory.names:
         vehicle, dot, signal = name.rpartition(".")
         if dot and signal == DISTANCE and len(trajectory) > 100:
-            found += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
-    return tuple(found)
+            vehicles += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
+    return tuple(vehicles)
 
 
 def _wheels(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:

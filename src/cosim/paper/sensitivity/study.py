@@ -35,7 +35,7 @@ def studied(
     pages: list[str] = []
     documents: list[dict[str, Any]] = []
     files: list[Path] = []
-    found: list[Finding] = []
+    everything: list[Finding] = []
     here: list[Finding] = []
     for place, subject in enumerate(of):
         study = Study(subject, draws, seed)
@@ -45,11 +45,11 @@ def studied(
         texts |= sentences(here, tuple(subject.wheels))
         pages.append(page(study, table))
         documents.append(document(study, table))
-        found += here
+        everything += here
     words, data = folder / "sensitivity.md", folder / "sensitivity.json"
     words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
     data.write_text(json.dumps({"studies": documents}, indent=1) + "\n", encoding="utf-8")
-    files += [words, data, figures.save(sensitivity_figures.shares(found), folder / "claims_shares.png")]
+    files += [words, data, figures.save(sensitivity_figures.shares(everything), folder / "claims_shares.png")]
     if any(finding.influences for finding in here):  # of what was studied last: the vehicle, whose parameters are many
         files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))
     return texts, files
