@@ -135,8 +135,8 @@ def run(contender: Contender, case: dict[str, object]) -> tuple[float, dict[str,
     if not answers:
         said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         return 0.0, {}, said[-1][:90]
-    found = json.loads(answers[-1])
-    return found["loop_s"], found["end"], ""
+    answer = json.loads(answers[-1])
+    return answer["loop_s"], answer["end"], ""
 
 
 def difference(a: dict[str, float], b: dict[str, float]) -> float:

@@ -63,8 +63,8 @@ for name in ("A", "B"):
                 stop = (start + 2 * T + L + (AFTER if i == 0 else 40.0)) / speed
                 run = joined.run(stop, joined.p(values), x, until="derailed")
                 s = run["body_distance"]
-                found = verdict({w: run[f"{w}_climb"] for w in WHEELS}, run.t, s)
-                derailed += found.derailed
+                judged = verdict({w: run[f"{w}_climb"] for w in WHEELS}, run.t, s)
+                derailed += judged.derailed
                 if i == 0:
                     y, psi = run["front_lateral_displacement"], run["front_yaw_angle"]
                     steady, after = (s > start + T + L / 2) & (s < start + T + L), s > start + 2 * T + L + AFTER - 50
@@ -72,7 +72,7 @@ for name in ("A", "B"):
                     filtered = worst({"inner": inner}, run.t, s).value
                     force = run["front_left_lateral_force"]
                     result[speed, rpm] = {
-                        "y": np.abs(y).max(), "psi": np.abs(psi).max(), "derailed": found.derailed, "filtered": filtered,
+                        "y": np.abs(y).max(), "psi": np.abs(psi).max(), "derailed": judged.derailed, "filtered": filtered,
                         "swing": np.std(y[steady]) if steady.any() else np.inf, "Y": np.abs(force).max(),
                         "steady psi": np.abs(psi[steady]).mean() if steady.any() else np.inf,
                         "after": np.abs(y[after]).max() if after.any() else np.inf,
@@ -82,7 +82,7 @@ for name in ("A", "B"):
                         f"    {speed:g} m/s, {rpm:4.0f} rpm: max |y| {1e3 * r['y']:.1f} mm, max |psi| {r['psi']:.4f}, mean |psi| "
                         f"in the curve {r['steady psi']:.4f} rad, swing of y there {1e3 * r['swing']:.2f} mm,\n"
                         f"        inner wheel Y {r['Y'] / 1e3:.1f} kN, Y/Q (EN 14363) {filtered:.2f}, |y| at the end "
-                        f"{1e3 * r['after']:.2f} mm; {found.text}"
+                        f"{1e3 * r['after']:.2f} mm; {judged.text}"
                     )
             result[speed, rpm]["count"] = derailed
             print(f"                      derailed in {derailed} of {len(STARTS)} runs")

@@ -67,7 +67,7 @@ if __name__ == "__main__":
     cases = {"even": {"vehicle.front_lateral_displacement": 1e-3}} | tracks
     columns = dict.fromkeys(RMS, "m/s2") | {"derailed": "1", "wear": "N", "late": "m"}
     summary: dict[str, dict[str, dict[str, object]]] = {}
-    made, axes = figures.figure(2, len(SYSTEMS), (6.5 * len(SYSTEMS), 8.0), sharex=True)
+    fig, axes = figures.figure(2, len(SYSTEMS), (6.5 * len(SYSTEMS), 8.0), sharex=True)
     for column, (name, file) in zip(axes.T, SYSTEMS.items(), strict=True):
         # ---- system: the set's values in the vehicle that has room for irregularity
         plan = system(file).with_source("vehicle", "vehicle:lrt_rough").with_value("vehicle.stretch_lateral", 0.0)
@@ -115,6 +115,6 @@ if __name__ == "__main__":
         for limit, word in comfort.SCALE[:-1]:
             column[0].axhline(limit, color="0.7", linewidth=0.8, linestyle=":")
             column[0].annotate(word, (v[-1], limit), va="top", ha="right", fontsize=7, color="0.4")
-    made.suptitle("filled: stable on even track; hollow: unstable, against the flanges; cross: derails", fontsize=10)
-    figures.save(made, FOLDER / "comfort.png")
+    fig.suptitle("filled: stable on even track; hollow: unstable, against the flanges; cross: derails", fontsize=10)
+    figures.save(fig, FOLDER / "comfort.png")
     write_summary(FOLDER / "comfort.json", summary)

@@ -41,7 +41,7 @@ CASES: tuple[tuple[str, System, str, str, tuple[int, ...], tuple[float, float], 
 )
 
 summary: dict[str, Any] = {}
-made, axes = figures.figure(2, 3, (15.0, 8.5))
+fig, axes = figures.figure(2, 3, (15.0, 8.5))
 for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T, CASES, strict=True):
     if name != "sprung wheelset":
         plan = plan.with_value("vehicle.stretch_lateral", 0.0)
@@ -55,7 +55,7 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
         at = np.array([rest.growth((v, spin * RPM)) for v in where])
         for k in np.flatnonzero(np.diff(np.sign(at)) > 0.0)[:1]:
             critical[i] = brentq(lambda v, r, n: r.growth((v, n * RPM)), where[k], where[k + 1], args=(rest, spin), xtol=1e-9)
-    found = {f"{n:g} rpm": v for n, v in zip(spins, critical, strict=True) if np.isfinite(v)}
+    by_spin = {f"{n:g} rpm": v for n, v in zip(spins, critical, strict=True) if np.isfinite(v)}
 
     # ---- check in time: begin in the mode, measure its root
     checks = []
@@ -76,7 +76,7 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
             checks.append({"rpm": spin, "speed": v, "growth": root.real, "measured": seen.real,
                            "frequency": abs(root.imag), "measured_frequency": seen.imag})  # fmt: skip
     growth_fast = {f"{n} rpm": rest.growth((50.0, n * RPM)) for n in (0, 2000, 4000)}
-    summary[name] = {"critical_speeds": found, "growth_at_50": growth_fast, "in_time": checks}
+    summary[name] = {"critical_speeds": by_spin, "growth_at_50": growth_fast, "in_time": checks}
 
     # ---- figure: critical speed over spin; growth over speed near it, with what the runs measured
     column[0].plot(spins, critical, color=figures.COLOURS[0], marker="." if SHORT else None)
@@ -104,11 +104,11 @@ for column, (name, plan, pattern, lateral, timed, bounds, length) in zip(axes.T,
     column[1].set_xlabel("forward speed v [m/s]")
     column[1].set_ylabel("growth of the hunting mode [1/s]")
     column[1].legend(fontsize=8)
-figures.save(made, FOLDER / "critical_speed.png")
+figures.save(fig, FOLDER / "critical_speed.png")
 command = " ".join(["python studies/critical_speed.py", *sys.argv[1:]])
 write_summary(FOLDER / "critical_speed.json", {"command": command} | summary)
-for name, found in summary.items():
-    print(f"{name}:", ", ".join(f"{spin} {v:.3f} m/s" for spin, v in found["critical_speeds"].items()))
-    print("    growth of the least damped root at 50 m/s [1/s]:", found["growth_at_50"])
-    for check in found["in_time"]:
+for name, results in summary.items():
+    print(f"{name}:", ", ".join(f"{spin} {v:.3f} m/s" for spin, v in results["critical_speeds"].items()))
+    print("    growth of the least damped root at 50 m/s [1/s]:", results["growth_at_50"])
+    for check in results["in_time"]:
         print("    {rpm} rpm, {speed:.3f} m/s: eigenvalue {growth:.5g} 1/s, co-simulation {measured:.5g} 1/s".format(**check))

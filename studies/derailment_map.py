@@ -48,15 +48,15 @@ KINDS = {f"passes, Y/Q at most {LIMIT:g}": "#56b4e9", f"passes, Y/Q above {LIMIT
 
 def verdict(trajectory: Trajectory) -> dict[str, float]:
     """Whether a wheel left its rail, and the largest Y/Q of any wheel by EN 14363."""
-    (found,) = assess(trajectory)
-    return {"derailed": float(found.verdict.derailed), "ratio": found.worst.value if found.worst else np.nan}
+    (vehicle,) = assess(trajectory)
+    return {"derailed": float(vehicle.verdict.derailed), "ratio": vehicle.worst.value if vehicle.worst else np.nan}
 
 
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     count = len(starts.split(","))
     summary: dict[str, dict[str, dict[str, object]]] = {}
-    made, axes = figures.figure(len(MAPS), len(SYSTEMS), (6.0 * len(SYSTEMS), 3.6 * len(MAPS)))
+    fig, axes = figures.figure(len(MAPS), len(SYSTEMS), (6.0 * len(SYSTEMS), 3.6 * len(MAPS)))
     for column, (name, file) in zip(axes.T, SYSTEMS.items(), strict=True):
         # ---- system: the run ends where its track does, at whatever speed
         layout = parameter_set(name).vehicle
@@ -102,7 +102,7 @@ if __name__ == "__main__":
             ax.set_xlabel(LABELS[x][0])
             ax.set_ylabel(LABELS[y][0])
             ax.set_title(f"set {name}: {title}", fontsize=10)
-    made.legend(handles=[Patch(color=colour, label=word) for word, colour in KINDS.items()], loc="outside lower center", ncols=3)
-    made.suptitle("Curve of 60 m. In the cells: median of the largest Y/Q by EN 14363, or how many of the starts derail")
-    figures.save(made, FOLDER / "derailment_map.png")
+    fig.legend(handles=[Patch(color=colour, label=word) for word, colour in KINDS.items()], loc="outside lower center", ncols=3)
+    fig.suptitle("Curve of 60 m. In the cells: median of the largest Y/Q by EN 14363, or how many of the starts derail")
+    figures.save(fig, FOLDER / "derailment_map.png")
     write_summary(FOLDER / "derailment_map.json", summary)

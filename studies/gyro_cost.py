@@ -43,17 +43,17 @@ PANELS = {"steady_pitch": ("pitch moment on the front frame\nin the steady curve
 
 def cost_and_gain(trajectory: Trajectory) -> dict[str, float]:
     """Of one run; the steady curve is the second half of its full curvature, nan where the run does not get there."""
-    (found,) = assess(trajectory)
+    (vehicle,) = assess(trajectory)
     gyro = {name: np.array([trajectory[f"gyro_{end}.{name}"] for end in ("front", "rear")])
             for name in ("gimbal_angle", "pitch_moment", "roll_moment", "yaw_moment", "motor_power")}  # fmt: skip
     Q, wear = (np.array([trajectory[f"vehicle.{w}_{what}"] for w in WHEELS]) for what in ("vertical_force", "wear_number"))
     going = trajectory["vehicle.body_distance"] > BEFORE / 2  # what the start off the centre shakes has died away
     full = np.flatnonzero(trajectory["vehicle.curvature"] > 0.999 / RADIUS)
-    steady = full[full.size // 2 :] if not found.verdict.derailed else full[:0]
+    steady = full[full.size // 2 :] if not vehicle.verdict.derailed else full[:0]
     mean = (lambda values: values[..., steady].mean(axis=-1)) if steady.size else (lambda values: values[..., 0] * np.nan)
     peak = {name: np.abs(values[:, going]).max(initial=0.0) for name, values in gyro.items()}
     return {
-        "derailed": float(found.verdict.derailed), "ratio": found.worst.value if found.worst else np.nan,
+        "derailed": float(vehicle.verdict.derailed), "ratio": vehicle.worst.value if vehicle.worst else np.nan,
         "wear": wear.sum(axis=0)[trajectory["vehicle.curvature"] > 0.0].mean(), "lean": peak["gimbal_angle"],
         "steady_lean": mean(gyro["gimbal_angle"][0]), "steady_pitch": mean(gyro["pitch_moment"][0]),
         "roll": peak["roll_moment"], "yaw": peak["yaw_moment"], "power": peak["motor_power"],
@@ -72,7 +72,7 @@ if __name__ == "__main__":
         "pitch_moment_H_v_over_R_N_m": {f"{v:g}": (H * v / RADIUS).tolist() for v in SHOWN},
         "drag_of_an_assumed_bearing_W": ((unit["bearing_friction"] + unit["bearing_viscous_friction"] * omega) * omega).tolist(),
     }  # fmt: skip
-    made, axes = figures.figure(2, 3, (15.0, 8.5))
+    fig, axes = figures.figure(2, 3, (15.0, 8.5))
     for (name, file), line, marker in zip(SYSTEMS.items(), ("-", "--"), "os", strict=False):
         # ---- system: the run ends where its track does, at whatever speed
         layout = parameter_set(name).vehicle
@@ -91,29 +91,29 @@ if __name__ == "__main__":
 
         # ---- analysis: medians over starts that pass; highest scanned speed up to which all starts pass
         tried = np.unique(table["vehicle.speed"])
-        summary[name] = found = {case: dict[str, float]() for case in cases}
+        summary[name] = results = {case: dict[str, float]() for case in cases}
         for case in cases:
             part = table.where(table["case"] == case)
             lost = np.array([part["derailed"][part["vehicle.speed"] == v].mean() for v in tried])
             safe = tried[: np.argmax(lost > 0)] if lost.any() else tried
-            found[case]["safe_to"] = safe[-1] if safe.size else np.nan
+            results[case]["safe_to"] = safe[-1] if safe.size else np.nan
             for v in SHOWN:
                 good = part.where((part["vehicle.speed"] == v) & (part["derailed"] == 0.0))
-                found[case] |= {f"{v:g} m/s: {c}": np.median(good[c]) if len(good) else np.nan for c in list(COLUMNS)[1:]}
-                found[case][f"{v:g} m/s: share_derailed"] = lost[tried == v][0]
+                results[case] |= {f"{v:g} m/s: {c}": np.median(good[c]) if len(good) else np.nan for c in list(COLUMNS)[1:]}
+                results[case][f"{v:g} m/s: share_derailed"] = lost[tried == v][0]
             if case in ("none", "0 rpm", "2000 rpm"):
-                print(f"set {name}, {case}: " + ", ".join(f"{key} {value:.4g}" for key, value in found[case].items()))
+                print(f"set {name}, {case}: " + ", ".join(f"{key} {value:.4g}" for key, value in results[case].items()))
 
         # ---- figure: over the spin; left of it, as a point, the vehicle without gyros
         lines = [(ax, f"{v:g} m/s: {column}", label, factor, colour) for ax, (column, (label, factor)) in zip(
             axes.flat, PANELS.items(), strict=False) for v, colour in zip(SHOWN, figures.COLOURS, strict=False)]  # fmt: skip
         for ax, key, label, factor, colour in [*lines, (axes[1, 2], "safe_to", "safe from every start up to [m/s]", 1.0, "0.2")]:
-            at = np.array([found[case][key] * factor for case in cases])
+            at = np.array([results[case][key] * factor for case in cases])
             ax.plot(spins, at[1:], line, color=colour, marker="o", markersize=4, label=f"set {name}, {key.partition(':')[0]}")
             ax.plot(-300.0, at[0] if ax in axes[1] else np.nan, marker, color=colour, fillstyle="none", markersize=6)
             ax.set(ylabel=label, xlabel="spin [rpm]; points at the left: no gyro on board" if ax in axes[1] else "spin [rpm]")
     for v, colour in zip(SHOWN, figures.COLOURS, strict=False):
         axes[0, 0].plot(spins, H * v / RADIUS, color=colour, linewidth=5.0, alpha=0.25, label=f"H v / R, {v:g} m/s")
     axes[0, 0].legend(fontsize=7)
-    figures.save(made, FOLDER / "gyro_cost.png")
+    figures.save(fig, FOLDER / "gyro_cost.png")
     write_summary(FOLDER / "gyro_cost.json", summary)

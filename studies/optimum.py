@@ -44,7 +44,7 @@ CASES = (  # name, plan, releases, what counts as 1 of each signal, bounds, igno
 )
 
 summary: dict[str, dict[str, Any]] = {}
-made, grid_of_axes = figures.figure(2, 2, (12.0, 8.0))
+fig, grid_of_axes = figures.figure(2, 2, (12.0, 8.0))
 axes = grid_of_axes.ravel()
 for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
     # ---- system
@@ -55,17 +55,17 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
     # ---- run
     best = optimum(release, bounds, starts=1 if SHORT else 3, level=level)
     designs = {"default": rest.q0, "optimum": best.q}
-    found = summary[name] = {
+    results = summary[name] = {
         "at_bound": best.at_bound, "criteria": best.criteria, "evaluations": best.evaluations,
         "not_converged": best.not_converged,
     }  # fmt: skip
     for label, q in designs.items():
         spin, k, c, d = q
-        found[label] = {"spin_rpm": spin / RPM, "springs": k / bounds[1, 0], "dampers": c / bounds[2, 0], "d_g": d,
+        results[label] = {"spin_rpm": spin / RPM, "springs": k / bounds[1, 0], "dampers": c / bounds[2, 0], "d_g": d,
                         "k": k * d**2, "c": c * d**2, "growth": rest.growth(q, creeping=False)}  # fmt: skip
-        found[label] |= {"cost": release.cost(q)} if level is None else {}
+        results[label] |= {"cost": release.cost(q)} if level is None else {}
         if wide is not None:
-            found[label]["growth_at"] = {f"{v:g} m/s": wide.growth((v, *q), creeping=False) for v in ELSEWHERE}
+            results[label]["growth_at"] = {f"{v:g} m/s": wide.growth((v, *q), creeping=False) for v in ELSEWHERE}
 
     # ---- check: the same releases as co-simulation; the cost over the length of the run
     histories: dict[str, Any] = {}
@@ -81,14 +81,14 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
             histories.setdefault(label, done)
         yaw = np.abs(histories[label][next(iter(scales))])
         settled = float(done.t[np.flatnonzero(yaw > AT_REST * yaw.max())[-1]])
-        found[label] |= {"cost_of_run": cost, "cost_by_monolith": release.cost(q, until=length), "settled_after": settled}
+        results[label] |= {"cost_of_run": cost, "cost_by_monolith": release.cost(q, until=length), "settled_after": settled}
 
     # ---- brute force, where the system is small: no point of a grid over all bounds is better
     if name == "wheel pair":
         grid = [np.geomspace(a, b, n) for (a, b), n in zip(bounds, (5, 2, 2, 5) if SHORT else (25, 5, 5, 25), strict=True)]
         costs = np.array([[[[release.cost((n, k, c, d)) for d in grid[3]] for c in grid[2]] for k in grid[1]] for n in grid[0]])
         where = np.unravel_index(costs.argmin(), costs.shape)
-        found["brute_force"] = {"cost": float(costs.min()), "q": [float(g[i]) for g, i in zip(grid, where, strict=True)]}
+        results["brute_force"] = {"cost": float(costs.min()), "q": [float(g[i]) for g, i in zip(grid, where, strict=True)]}
 
     # ---- figure: the release in time; for set A its growth over spin
     panels = {"wheel pair": ((axes[0], "vehicle.yaw_angle", "yaw angle [rad]", 1.0),),
@@ -97,7 +97,7 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
                          1 / TURNED))}  # fmt: skip
     for ax, signal, label, factor in panels.get(name, ()):
         for (design, history), colour in zip(histories.items(), figures.COLOURS[1::-1], strict=True):
-            text = f"{design}: {found[design]['spin_rpm']:.0f} rpm, cost {found[design]['cost']:.3g} s"
+            text = f"{design}: {results[design]['spin_rpm']:.0f} rpm, cost {results[design]['cost']:.3g} s"
             ax.plot(history.t, history[signal] * factor, color=colour, label=text)
         ax.set_xlim(0.0, min(length, 30.0))
         ax.set_xlabel("time [s]")
@@ -115,7 +115,7 @@ for name, plan, releases, scales, bounds, ignorable, level, length in CASES:
 for ax in axes:
     ax.axhline(0.0, color="0.3", linewidth=0.8)
     ax.legend(fontsize=8)
-figures.save(made, FOLDER / "optimum.png")
+figures.save(fig, FOLDER / "optimum.png")
 command = " ".join(["python studies/optimum.py", *sys.argv[1:]])
 write_summary(FOLDER / "optimum.json", {"command": command} | summary)
 for name, entry in summary.items():

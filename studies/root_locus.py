@@ -30,7 +30,7 @@ SPEED, SPIN = 8.0, 2000.0  # m/s and rpm, where the other one is varied
 WINDOWS = {"A": ((-2.5, 9.0), (-2.5, 2.2), (-0.05, 1.1)), "B": ((-0.8, 0.1), (-0.8, 0.1), (-0.15, 3.4))}  # what the figure shows
 
 summary: dict[str, dict[str, Any]] = {}
-made, axes = figures.figure(2, 3, (15.0, 9.0))
+fig, axes = figures.figure(2, 3, (15.0, 9.0))
 for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     # ---- system: at rest on straight, even track, anywhere along it
     plan = system(file).with_value("vehicle.stretch_lateral", 0.0)
@@ -62,7 +62,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
         "states": len(rest.states),
         "furthest_from_rest": away,
         "roots_that_grow_least_and_most": [min(unstable), max(unstable)],
-        "critical_speeds": {f"{spin:g} rpm": found for spin, found in critical.items() if found},
+        "critical_speeds": {f"{spin:g} rpm": crossings for spin, crossings in critical.items() if crossings},
         "never_stable_rpm": never["stable"],
         "never_unstable_rpm": never["unstable"],
         "growth_at_8": {f"{spin} rpm": rest.growth((SPEED, spin * RPM)) for spin in shown_spins},
@@ -96,12 +96,12 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
         fontsize=10,
     )
     row[2].legend(fontsize=8)
-figures.save(made, FOLDER / "root_locus.png")
+figures.save(fig, FOLDER / "root_locus.png")
 command = " ".join(["python studies/root_locus.py", *sys.argv[1:]])
 write_summary(FOLDER / "root_locus.json", {"command": command} | summary)
-for name, found in summary.items():
-    print(f"set {name}: least damped root at {SPEED:g} m/s [1/s]:", {n: round(g, 4) for n, g in found["growth_at_8"].items()})
-    print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in found["critical_speeds"].items()})
-    stable, unstable = found["never_unstable_rpm"], found["never_stable_rpm"]
+for name, results in summary.items():
+    print(f"set {name}: least damped root at {SPEED:g} m/s [1/s]:", {n: round(g, 4) for n, g in results["growth_at_8"].items()})
+    print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in results["critical_speeds"].items()})
+    stable, unstable = results["never_unstable_rpm"], results["never_stable_rpm"]
     lowest = f", from {min(stable):g} rpm on" if stable else ""
     print(f"    of {critical_spins.size} spins {len(stable)} never unstable{lowest}, {len(unstable)} never stable")

@@ -35,14 +35,14 @@ ROUNDS = 1 if SHORT else 3  # halvings of the step of the scan
 
 def verdict(trajectory: Trajectory) -> dict[str, float]:
     """Whether a wheel left its rail, and the largest Y/Q of any wheel by EN 14363."""
-    (found,) = assess(trajectory)
-    return {"derailed": float(found.verdict.derailed), "ratio": found.worst.value if found.worst else np.nan}
+    (vehicle,) = assess(trajectory)
+    return {"derailed": float(vehicle.verdict.derailed), "ratio": vehicle.worst.value if vehicle.worst else np.nan}
 
 
 if __name__ == "__main__":
     FOLDER.mkdir(parents=True, exist_ok=True)
     summary: dict[str, dict[str, dict[str, object]]] = {}
-    made, axes = figures.figure(1, len(SYSTEMS), (6.5 * len(SYSTEMS), 5.5))
+    fig, axes = figures.figure(1, len(SYSTEMS), (6.5 * len(SYSTEMS), 5.5))
     for ax, (name, file) in zip(axes[0], SYSTEMS.items(), strict=True):
         # ---- system: the run ends where its track does, at whatever speed
         layout = parameter_set(name).vehicle
@@ -107,6 +107,6 @@ if __name__ == "__main__":
         ax.set_ylim(2.0, max(scanned) + 1)
         ax.set_title(f"set {name}", fontsize=10)
         ax.legend(fontsize=8)
-    made.suptitle("arrow: unsafe at the slowest speed already; ring: safe again above an unsafe speed", fontsize=10)
-    figures.save(made, FOLDER / "safe_speed.png")
+    fig.suptitle("arrow: unsafe at the slowest speed already; ring: safe again above an unsafe speed", fontsize=10)
+    figures.save(fig, FOLDER / "safe_speed.png")
     write_summary(FOLDER / "safe_speed.json", summary)

@@ -29,7 +29,7 @@ arms, dampers = np.linspace(0.1, 0.6, fine), np.geomspace(0.25, 8.0, fine)  # m,
 SPEED, SPIN = 8.0, 2000.0  # m/s, rpm: where lever arm and damper are varied
 
 summary: dict[str, dict[str, object]] = {}
-made, axes = figures.figure(2, 2, (12.0, 9.0))
+fig, axes = figures.figure(2, 2, (12.0, 9.0))
 for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     # ---- system
     plan = system(file).with_value("vehicle.stretch_lateral", 0.0)
@@ -68,7 +68,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
         lines = ax.contour(x, y, decay, levels=7, colors="0.35", linewidths=0.5)
         ax.clabel(lines, fontsize=7, fmt="%.2g")
         ax.grid(False)
-        bar = made.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]", ticks=MaxNLocator(8))
+        bar = fig.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]", ticks=MaxNLocator(8))
         bar.ax.axhline(0.0, color="k", linewidth=2.0)
     row[0].set_xlabel("forward speed v [m/s]")
     row[0].set_ylabel("rotor speed [rpm]")
@@ -87,8 +87,8 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     row[1].add_patch(Rectangle((low_d, low_c), high_d - low_d, high_c - low_c, fill=False, color="k", linestyle="--"))
     row[1].plot(arm, damper / ONE_DAMPER, "o", color="k", label=f"set {name}; dashed: the assumed range")
     row[1].legend(fontsize=8, loc="lower right")
-figures.save(made, FOLDER / "stability_map.png")
+figures.save(fig, FOLDER / "stability_map.png")
 command = " ".join(["python studies/stability_map.py", *sys.argv[1:]])
 write_summary(FOLDER / "stability_map.json", {"command": command} | summary)
-for name, found in summary.items():
-    print(f"set {name}: " + "; ".join(f"{key.replace('_', ' ')} {value}" for key, value in found.items()))
+for name, results in summary.items():
+    print(f"set {name}: " + "; ".join(f"{key.replace('_', ' ')} {value}" for key, value in results.items()))

@@ -41,8 +41,8 @@ class Case:
 
 def asked() -> Case:
     """The case on the command line."""
-    given = json.loads(sys.argv[1])
-    return Case(**given | {"connections": [tuple(wire) for wire in given["connections"]]})
+    fields = json.loads(sys.argv[1])
+    return Case(**fields | {"connections": [tuple(wire) for wire in fields["connections"]]})
 
 
 def answer(loop_s: float, end: dict[str, float]) -> None:

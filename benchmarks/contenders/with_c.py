@@ -37,7 +37,7 @@ def compiled(folder: Path) -> ctypes.CDLL:
 
 def ends(case: Case, folder: Path) -> list[End]:
     """Both FMUs unpacked, as the C loop wants them: one output goes to the other's one input."""
-    found = []
+    pointers = []
     for name, path in case.fmus.items():
         place = fmpy.extract(path, str(folder / name))
         description = fmpy.read_model_description(place)
@@ -46,14 +46,14 @@ def ends(case: Case, folder: Path) -> list[End]:
         (source,) = (out for a, out, _, _ in case.connections if a == name)
         (target,) = (into for _, _, b, into in case.connections if b == name)
         outputs = [reference[out] for out in case.outputs[name]]
-        found.append(
+        pointers.append(
             End(
                 str(Path(place) / "binaries" / fmpy.platform / (identifier + fmpy.sharedLibraryExtension)).encode(),
                 description.guid.encode(), (Path(place) / "resources").as_uri().encode(),
                 len(outputs), (ctypes.c_uint * len(outputs))(*outputs), reference[source], reference[target],
             )
         )  # fmt: skip
-    return found
+    return pointers
 
 
 def main() -> None:

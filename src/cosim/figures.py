@@ -22,12 +22,12 @@ def figure(
     """A figure with its axes, shape (rows, columns), in this package's style."""
     from matplotlib.figure import Figure
 
-    made = Figure(figsize=size, layout="constrained")
-    axes = made.subplots(rows, columns, squeeze=False, sharex=sharex)
+    fig = Figure(figsize=size, layout="constrained")
+    axes = fig.subplots(rows, columns, squeeze=False, sharex=sharex)
     for ax in axes.flat:
         ax.grid(alpha=0.3, linewidth=0.6)
         ax.spines[["top", "right"]].set_visible(False)
-    return made, axes
+    return fig, axes
 
 
 def with_unit(name: str, unit: str) -> str:
@@ -35,11 +35,11 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit not in ("", "1") else name
 
 
-def save(made: "Figure", file: str | Path) -> Path:
+def save(fig: "Figure", file: str | Path) -> Path:
     """Write the figure in the format that the file's ending names."""
     file = Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
-    made.savefig(file, dpi=150)
+    fig.savefig(file, dpi=150)
     return file
 
 
@@ -60,7 +60,7 @@ def worth_drawing(trajectory: Trajectory, most: int, rank: Callable[[str], Any])
 
 def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = "") -> "Figure":
     """One panel a signal over time."""
-    made, axes = figure(len(names), 1, (8.0, 1.2 + 1.5 * len(names)), sharex=True)
+    fig, axes = figure(len(names), 1, (8.0, 1.2 + 1.5 * len(names)), sharex=True)
     for ax, name, colour in zip(axes[:, 0], names, COLOURS * len(names), strict=False):
         unit = trajectory.unit(name)
         ax.plot(trajectory.t, trajectory[name], color=colour, linewidth=1.2)
@@ -69,15 +69,15 @@ def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = ""
         ax.set_title(name, loc="right", fontsize=8, color="0.4")
         ax.margins(x=0)
     axes[-1, 0].set_xlabel("time [s]")
-    made.align_ylabels()
+    fig.align_ylabels()
     if title:
-        made.suptitle(title)
-    return made
+        fig.suptitle(title)
+    return fig
 
 
 def histories_in_columns(cases: Mapping[str, Trajectory], signals: Mapping[str, tuple[str, str, float]]) -> "Figure":
     """One row a case, one column a signal. `signals`: name -> (label, unit shown, factor to it)."""
-    made, axes = figure(len(cases), len(signals), (4.2 * len(signals), 2.8 * len(cases)), sharex=True)
+    fig, axes = figure(len(cases), len(signals), (4.2 * len(signals), 2.8 * len(cases)), sharex=True)
     for row, (case, trajectory) in zip(axes, cases.items(), strict=True):
         for ax, (name, (label, unit, factor)), colour in zip(row, signals.items(), COLOURS, strict=False):
             ax.plot(trajectory.t, trajectory[name] * factor, color=colour, linewidth=1.0)
@@ -87,4 +87,4 @@ def histories_in_columns(cases: Mapping[str, Trajectory], signals: Mapping[str, 
             ax.margins(x=0)
     for ax in axes[-1]:
         ax.set_xlabel("time [s]")
-    return made
+    return fig

@@ -12,14 +12,14 @@ components' states and the remembered outputs. Its spectral radius is compared w
 the largest stable step is the largest for which it does not exceed the larger of 1 and the exact one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..coupling import Algorithm, History, Memory
 from ..errors import ConvergenceError
-from ..master import Run, run
+from ..master import Progress, Run, run
 from ..network import Network
 from ..network.linearised import Linearised, linearised
 from ..trajectory import Trajectory
@@ -105,7 +105,7 @@ class Certificate:
         return max(self.errors, key=lambda e: e.largest / e.size if e.size > 0.0 else 0.0)
 
 
-def certify(network: Network, result: Run, stop: float, *, progress: Callable[[float, float], None] | None = None) -> Certificate:
+def certify(network: Network, result: Run, stop: float, *, progress: Progress | None = None) -> Certificate:
     """Certify a run by running it again with two and four times the steps.
 
     Parameters

@@ -1,13 +1,13 @@
 """Does the result converge as the macro step shrinks, and how fast? A ladder of steps against the monolith."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..coupling import Algorithm
 from ..errors import RunError
-from ..master import macro_steps, open_network, run
+from ..master import Progress, macro_steps, open_network, run
 from ..network import Network
 from ..systems import System
 from .monolith import Monolith
@@ -52,7 +52,7 @@ def converge(
     rungs: int,
     stop: float,
     in_process: bool = False,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Convergence:
     """Run `system` from its start to `stop` (s) with each algorithm at macro steps step, step / 2, ... (`rungs` of them; s).
 
@@ -68,7 +68,7 @@ def converge(
     monolith = Monolith(system)
     reference = monolith.solve(np.arange(n + 1) * step).values  # over the time since the start: no component asks for more
     steps = tuple(step / 2**i for i in range(rungs))
-    work, done, found = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
+    work, done, errors_of_all = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
     with open_network(system, in_process=in_process) as network:
         for algorithm in algorithms:
             errors = []
@@ -77,9 +77,9 @@ def converge(
                 done += 2**i
                 if progress is not None:
                     progress(done, work)
-            found.append(errors)
-    of_components = own_error(found)
-    ladders = tuple(ladder(a, steps, errors, of_components) for a, errors in zip(algorithms, found, strict=True))
+            errors_of_all.append(errors)
+    of_components = own_error(errors_of_all)
+    ladders = tuple(ladder(a, steps, errors, of_components) for a, errors in zip(algorithms, errors_of_all, strict=True))
     return Convergence(system, stop, "matrix exponential" if monolith.is_linear else "monolith, DOP853", ladders)
 
 

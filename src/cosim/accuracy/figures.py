@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def convergence(result: "Convergence") -> "Figure":
     """Errors over macro steps, both logarithmic, with the observed orders in the legend and slopes to compare with."""
-    made, axes = figure(1, 1, (8.0, 5.5))
+    fig, axes = figure(1, 1, (8.0, 5.5))
     ax = axes[0, 0]
     markers = {"jacobi": "o", "gauss-seidel": "s"}
     for ladder in result.ladders:
@@ -43,4 +43,4 @@ def convergence(result: "Convergence") -> "Figure":
     ax.set_ylabel("largest relative error of an output")
     ax.set_title(f"{result.system.name} to {result.stop:g} s against the {result.reference}", fontsize=10)
     ax.legend(fontsize=8)
-    return made
+    return fig

@@ -123,4 +123,4 @@ class Monolith:
         solution = solve_ivp(rhs, (t[0], t[-1]), self.x0, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-15)
         if not solution.success:
             raise RuntimeError(f"the reference must reach t = {t[-1]:g} s: {solution.message}")
-        return solution.y.T
+        return np.asarray(solution.y.T)

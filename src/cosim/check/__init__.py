@@ -40,12 +40,12 @@ def check(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
 
     from . import archive, child, description
 
-    found = archive.faults(path)
-    if not any(rule == "archive" for rule, _ in found):
+    findings = archive.faults(path)
+    if not any(rule == "archive" for rule, _ in findings):
         model, problems = description.read(path)
-        found += problems
+        findings += problems
         if model is not None:
-            found += description.faults(model) + archive.binary_faults(path, model)
-            found += child.faults(path, model, timeout)
-    lines = [Fault(rule, " ".join(message.split())) for rule, message in found]
+            findings += description.faults(model) + archive.binary_faults(path, model)
+            findings += child.faults(path, model, timeout)
+    lines = [Fault(rule, " ".join(message.split())) for rule, message in findings]
     return list(dict.fromkeys(lines))

@@ -5,7 +5,7 @@ import zipfile
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-Found = list[tuple[str, str]]  # (rule, message)
+Findings = list[tuple[str, str]]  # (rule, message)
 
 SUFFIX = {"linux": ".so", "win": ".dll", "windows": ".dll", "darwin": ".dylib"}
 ELF_MACHINE = {62: "x86_64", 3: "x86", 183: "aarch64", 40: "aarch32"}
@@ -13,9 +13,9 @@ PE_MACHINE = {0x8664: "x86_64", 0x14C: "x86", 0xAA64: "aarch64"}
 FMI2_ARCHITECTURE = {"linux64": "x86_64", "win64": "x86_64", "linux32": "x86", "win32": "x86"}
 
 
-def faults(path: Path) -> Found:
+def faults(path: Path) -> Findings:
     """What is wrong with the archive itself; rule "archive" where nothing else can be looked at."""
-    found: Found = []
+    findings: Findings = []
     try:
         with zipfile.ZipFile(path) as archive:
             bad = archive.testzip()
@@ -26,23 +26,23 @@ def faults(path: Path) -> Found:
         return [("archive", f"member {bad!r} must agree with its checksum")]
     names = [m.filename for m in members]
     if "modelDescription.xml" not in names:
-        found.append(("archive", "modelDescription.xml must lie at the top of the archive"))
+        findings.append(("archive", "modelDescription.xml must lie at the top of the archive"))
     for name in names:
         if name.startswith("/") or ".." in PurePosixPath(name).parts or ":" in name:
-            found.append(("archive", f"member {name!r} must lie inside the archive"))
+            findings.append(("archive", f"member {name!r} must lie inside the archive"))
         if names.count(name) > 1:
-            found.append(("file", f"member {name!r} must be there once, is {names.count(name)} times"))
+            findings.append(("file", f"member {name!r} must be there once, is {names.count(name)} times"))
     for member in members:
         if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            found.append(("file", f"member {member.filename!r} must be stored or deflated"))
+            findings.append(("file", f"member {member.filename!r} must be stored or deflated"))
         if "\\" in member.orig_filename:
-            found.append(("file", f"member {member.orig_filename!r} must use '/' between folders"))
-    return list(dict.fromkeys(found))
+            findings.append(("file", f"member {member.orig_filename!r} must use '/' between folders"))
+    return list(dict.fromkeys(findings))
 
 
-def binary_faults(path: Path, model: Any) -> Found:
+def binary_faults(path: Path, model: Any) -> Findings:
     """Binaries under the name and of the machine that their folder says; sources that the description lists."""
-    found: Found = []
+    findings: Findings = []
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         identifiers = {i.modelIdentifier for i in (model.coSimulation, model.modelExchange) if i is not None}
@@ -55,22 +55,22 @@ def binary_faults(path: Path, model: Any) -> Found:
             for identifier in sorted(identifiers):
                 name = f"binaries/{folder}/{identifier}{suffix}"
                 if name not in names:
-                    found.append(("binary", f"{name!r} must be there, as modelIdentifier and folder say"))
+                    findings.append(("binary", f"{name!r} must be there, as modelIdentifier and folder say"))
                     continue
                 machine = _machine(archive.read(name))
                 wanted = FMI2_ARCHITECTURE.get(folder, folder.split("-")[0] if "-" in folder else None)
                 if machine is None:
-                    found.append(("binary", f"{name!r} must be a shared library for {folder}"))
+                    findings.append(("binary", f"{name!r} must be a shared library for {folder}"))
                 elif wanted is not None and wanted not in machine:
-                    found.append(("binary", f"{name!r} must be for {wanted}, is for {' and '.join(sorted(machine))}"))
+                    findings.append(("binary", f"{name!r} must be for {wanted}, is for {' and '.join(sorted(machine))}"))
         if not folders and not any(n.startswith("sources/") and n.endswith(".c") for n in names):
-            found.append(("binary", "the FMU must hold binaries or C sources, has neither"))
+            findings.append(("binary", "the FMU must hold binaries or C sources, has neither"))
     for configuration in model.buildConfigurations or ():
         for sources in configuration.sourceFileSets:
             for file in sources.sourceFiles:
                 if f"sources/{file}" not in names:
-                    found.append(("sources", f"source file {file!r} must be in the folder sources"))
-    return found
+                    findings.append(("sources", f"source file {file!r} must be in the folder sources"))
+    return findings
 
 
 def _machine(data: bytes) -> set[str] | None:

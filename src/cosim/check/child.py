@@ -10,12 +10,12 @@ from typing import Any
 
 from ..slaves.processes import child
 from ..slaves.scratch import ScratchFolder
-from .archive import Found
+from .archive import Findings
 
 PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
 
 
-def faults(path: Path, model: Any, timeout: float) -> Found:
+def faults(path: Path, model: Any, timeout: float) -> Findings:
     """What the probes find; a probe in which the child dies or hangs is a fault, and the others still run."""
     import fmpy
 
@@ -28,17 +28,17 @@ def faults(path: Path, model: Any, timeout: float) -> Found:
         with ScratchFolder() as scratch:
             unpacked = scratch / "fmu"
             archive.extractall(unpacked)
-            found: Found = []
+            findings: Findings = []
             waiting = list(PROBES)
             while waiting:
                 ran, more, ending = _run(unpacked, waiting, timeout, scratch)
-                found += more
+                findings += more
                 if ending:
-                    found.append((ran[-1] if ran else "instance", ending))
+                    findings.append((ran[-1] if ran else "instance", ending))
                 if not ran or (ending and ran[-1] == "instance"):
                     break  # it cannot even be instantiated
                 waiting = waiting[len(ran) :] if ending else []
-    return found
+    return findings
 
 
 def _wait(run: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
@@ -56,7 +56,7 @@ def _wait(run: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
                 return f"the binary does not come back within {timeout:g} s"
 
 
-def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tuple[list[str], Found, str]:
+def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tuple[list[str], Findings, str]:
     """(probes begun, what they found, how the child ended if not well)."""
     report = scratch / "report"
     report.write_bytes(b"")
@@ -76,7 +76,7 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
         tail = (scratch / "said").read_bytes()[-2000:].decode(errors="replace").strip().splitlines()
         ending = f"the process that runs the binary ends with code {run.returncode}" + (f": {tail[-1]}" if tail else "")
     begun: list[str] = []
-    found: Found = []
+    findings: Findings = []
     finished = False
     for line in report.read_bytes().decode(errors="replace").splitlines():
         try:
@@ -86,9 +86,9 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
         if kind == "begin":
             begun.append(rest[0])
         elif kind == "fault":
-            found.append((str(rest[0]), str(rest[1])))
+            findings.append((str(rest[0]), str(rest[1])))
         elif kind == "end":
             finished = True
     if not finished and not ending:
         ending = "the binary ends the process"
-    return begun, found, "" if finished else ending
+    return begun, findings, "" if finished else ending

@@ -4,50 +4,49 @@ import math
 from pathlib import Path
 from typing import Any
 
-from .archive import Found
+from ..slaves.fmi.description import REAL
+from .archive import Findings
 
-REAL = ("Real", "Float64", "Float32")
 
-
-def read(path: Path) -> tuple[Any, Found]:
+def read(path: Path) -> tuple[Any, Findings]:
     """The description, or None if it cannot be read, and the faults that schema and FMPy's validation find."""
     import fmpy
     from fmpy.validation import validate_fmu
 
-    found: Found = []
+    findings: Findings = []
     try:
         problems = validate_fmu(str(path))
     except Exception as error:  # whatever a strange file makes the validator do
         problems = [f"the validator fails: {type(error).__name__}: {error}"]
     for problem in problems:
         lines = [line.strip(" -") for line in str(problem).splitlines()]
-        found += [("validation", line) for line in lines if line and not line.endswith(":")] or [("validation", str(problem))]
+        findings += [("validation", line) for line in lines if line and not line.endswith(":")] or [("validation", str(problem))]
     try:
         model = fmpy.read_model_description(str(path), validate=False)
     except Exception as error:
-        return None, [*found, ("description", f"modelDescription.xml cannot be read: {type(error).__name__}: {error}")]
+        return None, [*findings, ("description", f"modelDescription.xml cannot be read: {type(error).__name__}: {error}")]
     if model.fmiVersion[:1] not in ("2", "3"):
-        return None, [*found, ("description", f"FMI version must be 2.0 or 3.0, got {model.fmiVersion!r}")]
+        return None, [*findings, ("description", f"FMI version must be 2.0 or 3.0, got {model.fmiVersion!r}")]
     if model.coSimulation is None and model.modelExchange is None:
-        return None, [*found, ("description", "the FMU must offer Co-Simulation or Model Exchange")]
-    return model, found
+        return None, [*findings, ("description", "the FMU must offer Co-Simulation or Model Exchange")]
+    return model, findings
 
 
-def faults(model: Any) -> Found:
+def faults(model: Any) -> Findings:
     """Bounds, start values, nominal values, derivative indices, default experiment."""
-    found: Found = []
+    findings: Findings = []
     for v in model.modelVariables:
         if v.type in REAL or "Int" in v.type:
-            found += _numbers(v)
-    found += _derivatives(model)
+            findings += _numbers(v)
+    findings += _derivatives(model)
     experiment = model.defaultExperiment
     if experiment is not None:
         start, stop, step = (number(getattr(experiment, n)) for n in ("startTime", "stopTime", "stepSize"))
         if start is not None and stop is not None and stop < start:
-            found.append(("experiment", f"stopTime must not be before startTime, got {stop:g} < {start:g}"))
+            findings.append(("experiment", f"stopTime must not be before startTime, got {stop:g} < {start:g}"))
         if step is not None and not step > 0.0:
-            found.append(("experiment", f"stepSize must be positive, got {step:g}"))
-    return found
+            findings.append(("experiment", f"stepSize must be positive, got {step:g}"))
+    return findings
 
 
 def number(text: Any) -> float | None:
@@ -60,34 +59,34 @@ def number(text: Any) -> float | None:
 
 def attribute(variable: Any, name: str) -> float | None:
     """A numeric attribute of a variable, or of its type where the variable does not state it."""
-    own = number(getattr(variable, name, None))
+    stated = number(getattr(variable, name, None))
     declared = variable.declaredType
-    return own if own is not None or declared is None else number(getattr(declared, name, None))
+    return stated if stated is not None or declared is None else number(getattr(declared, name, None))
 
 
-def _numbers(v: Any) -> Found:
-    found: Found = []
+def _numbers(v: Any) -> Findings:
+    findings: Findings = []
     low, high, nominal = (attribute(v, n) for n in ("min", "max", "nominal"))
     values = [number(text) for text in (v.start.split() if isinstance(v.start, str) else [v.start])]
     if low is not None and high is not None and low > high:
-        found.append(("bounds", f"variable {v.name!r}: min must be at most max, got {low:g} > {high:g}"))
+        findings.append(("bounds", f"variable {v.name!r}: min must be at most max, got {low:g} > {high:g}"))
     for value in values:
         if value is None:
             continue
         if not math.isfinite(value):
-            found.append(("start", f"variable {v.name!r}: start must be finite, got {value}"))
+            findings.append(("start", f"variable {v.name!r}: start must be finite, got {value}"))
         if low is not None and value < low:
-            found.append(("start", f"variable {v.name!r}: start must be at least min {low:g}, got {value:g}"))
+            findings.append(("start", f"variable {v.name!r}: start must be at least min {low:g}, got {value:g}"))
         if high is not None and value > high:
-            found.append(("start", f"variable {v.name!r}: start must be at most max {high:g}, got {value:g}"))
+            findings.append(("start", f"variable {v.name!r}: start must be at most max {high:g}, got {value:g}"))
     if nominal is not None and not nominal > 0.0:
-        found.append(("nominal", f"variable {v.name!r}: nominal must be positive, got {nominal:g}"))
-    return found
+        findings.append(("nominal", f"variable {v.name!r}: nominal must be positive, got {nominal:g}"))
+    return findings
 
 
-def _derivatives(model: Any) -> Found:
+def _derivatives(model: Any) -> Findings:
     """A derivative belongs to one continuous variable, has its unit per second, and its name if it says der(...)."""
-    found: Found = []
+    findings: Findings = []
     units = {u.name: u.baseUnit for u in model.unitDefinitions}
     owner: dict[str, str] = {}
     for v in model.modelVariables:
@@ -96,28 +95,28 @@ def _derivatives(model: Any) -> Found:
             continue
         where = f"variable {v.name!r}: derivative"
         if state is v:
-            found.append(("derivative", f"{where} must point to another variable, points to itself"))
+            findings.append(("derivative", f"{where} must point to another variable, points to itself"))
             continue
         if state.name in owner:
-            found.append(
+            findings.append(
                 ("derivative", f"{where} points to {state.name!r}, which has the derivative {owner[state.name]!r} already")
             )
         owner[state.name] = v.name
         if state.variability != "continuous":
-            found.append(("derivative", f"{where} must point to a continuous variable, {state.name!r} is {state.variability}"))
+            findings.append(("derivative", f"{where} must point to a continuous variable, {state.name!r} is {state.variability}"))
         if v.name.startswith("der(") and v.name.endswith(")") and "," not in v.name and v.name[4:-1] != state.name:
-            found.append(("derivative", f"{where} must point to {v.name[4:-1]!r} as its name says, points to {state.name!r}"))
+            findings.append(("derivative", f"{where} must point to {v.name[4:-1]!r} as its name says, points to {state.name!r}"))
         mine, its = (units.get(_unit(x)) for x in (v, state))
         if mine is not None and its is not None and (mine.factor == its.factor == 1.0):
             differ = [k for k in ("kg", "m", "A", "K", "mol", "cd") if getattr(mine, k) != getattr(its, k)]
             if differ or mine.s != its.s - 1:
-                found.append(
+                findings.append(
                     (
                         "derivative",
                         f"{where}: its unit {_unit(v)!r} must be that of {state.name!r} per second, {_unit(state)!r}/s",
                     )
                 )
-    return found
+    return findings
 
 
 def _unit(v: Any) -> Any:

@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .description import attribute, number
-from .instance import Subject, real_scalars
+from .instance import Instance, real_scalars
 
 Say = Callable[[str], None]
 STEPS = 10
 
 
-class Bench:
+class Examined:
     """The FMU's description in the form that probes need, and fresh instances of it."""
 
     def __init__(self, folder: Path) -> None:
@@ -45,9 +45,9 @@ class Bench:
 
     def instance(self, kind: str | None = None, name: str = "instance") -> Any:
         """A context that frees the instance."""
-        return closing(Subject(self.model, self.folder, kind or self.kind, name))
+        return closing(Instance(self.model, self.folder, kind or self.kind, name))
 
-    def run(self, it: Subject, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
+    def run(self, it: Instance, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
         """Macro steps with random held inputs; yields the outputs after each."""
         for i in range(first, first + steps):
             rng = np.random.default_rng([seed, i])

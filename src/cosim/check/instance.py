@@ -7,16 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from .description import REAL, number
-
-STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+from ..slaves.fmi.description import REAL
+from .description import number
 
 
 class Refused(Exception):
     """A call that the FMU did not answer with OK or Warning."""
 
 
-class Subject:
+class Instance:
     """A fresh instance; real scalar variables only. `kind` is "cs" or "me"."""
 
     def __init__(self, model: Any, folder: Path, kind: str, name: str = "instance") -> None:
@@ -48,7 +47,7 @@ class Subject:
         except Exception as error:  # FMPy raises bare Exceptions
             raise Refused(str(error) or name) from None
 
-    def initialize(self, values: Mapping[str, float] | None = None, *, stay: bool = False) -> "Subject":
+    def initialize(self, values: Mapping[str, float] | None = None, *, stay: bool = False) -> "Instance":
         """Start values, then initialization mode, and beyond it unless `stay`."""
         self.set(values or {})
         experiment = self.model.defaultExperiment

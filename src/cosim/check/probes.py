@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..slaves.processes import child
 from . import behaviour, numerics
-from .examined import Bench
+from .examined import Examined
 from .instance import Refused
 
 PROBES = {
@@ -26,11 +26,11 @@ def main(folder: str, report: str, names: list[str]) -> None:
         def tell(*row: str) -> None:
             out.write(json.dumps(row) + "\n")
 
-        bench = Bench(Path(folder))
+        fmu = Examined(Path(folder))
         for name in names:
             tell("begin", name)
             try:
-                PROBES[name](bench, partial(tell, "fault", name))
+                PROBES[name](fmu, partial(tell, "fault", name))
             except Refused as error:
                 tell("fault", name, str(error))
         tell("end")

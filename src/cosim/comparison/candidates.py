@@ -4,7 +4,7 @@ For every variant: the difference of every signal that it shares with the refere
 frequency response, effort over motion; and a verdict against tolerances.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from ..coupling import Algorithm, Jacobi
 from ..errors import RunError, WiringError
-from ..master import Run, macro_steps, open_network, run
+from ..master import Progress, Run, macro_steps, open_network, run
 from ..network import Network
 from ..slaves import open_slave
 from ..ssp import system as named_system
@@ -77,7 +77,7 @@ def compare(
     stop: float | None = None,
     in_process: bool = False,
     responses: bool = True,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Comparison:
     """Run `system` with each of `variants` in the place of `component` and compare with the first.
 
@@ -184,7 +184,7 @@ def _labels(variants: Sequence[str]) -> list[str]:
 
 def _candidate(
     plan: System, members: Sequence[str], label: str, ignored: tuple[str, ...], algorithm: Algorithm, step: float, stop: float,
-    in_process: bool, drive: dict[str, float], responses: bool, progress: Callable[[float, float], None] | None,
+    in_process: bool, drive: dict[str, float], responses: bool, progress: Progress | None,
 ) -> tuple[Candidate, dict[str, float]]:  # fmt: skip
     """Run one variant; `drive` holds the rms of each bond's motion in the reference run, filled by the first."""
     source = next(part.source for part in plan.components if part.name in members)

@@ -144,7 +144,7 @@ class Filter:
         w = b[0] * v
         if b.size > 1:
             w = w + b[1:] @ self._v
-        return w + a @ self._w if a.size else w
+        return np.asarray(w + a @ self._w) if a.size else w
 
     def push(self, v: np.ndarray) -> None:
         """Go on to the next n."""

@@ -17,7 +17,7 @@ from ..comparison.candidates import judge
 from ..comparison.tolerances import Tolerances
 from ..coupling import Algorithm, Jacobi
 from ..errors import RunError
-from ..master import Run, macro_steps, open_network, run
+from ..master import Progress, Run, macro_steps, open_network, run
 from ..network import Network
 from ..slaves import Slave, open_slave
 from ..systems import System
@@ -25,8 +25,6 @@ from ..trajectory import Trajectory
 from .compensation import Compensator, Uncompensated
 from .delayed_slave import DelayedSlave
 from .sampled_model import SampledModel, linearise
-
-Progress = Callable[[float, float], None]
 
 
 @dataclass(frozen=True)

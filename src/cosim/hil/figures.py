@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def delay_margins(result: "DelayMap", title: str) -> "Figure":
     """Largest stable delay over a parameter, one line a macro step."""
-    made, axes = figure(1, 1, (8.0, 5.0))
+    fig, axes = figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
     for k, (step, row) in enumerate(zip(result.steps, result.delay, strict=True)):
         ax.semilogy(result.values, row * 1e3, color=COLOURS[k % len(COLOURS)], marker="o", markersize=3, linewidth=1.1,
@@ -25,12 +25,12 @@ def delay_margins(result: "DelayMap", title: str) -> "Figure":
     ax.set_ylabel("largest stable delay [ms]")
     ax.set_title(title, fontsize=10)
     ax.legend(fontsize=8)
-    return made
+    return fig
 
 
 def timing(report: "Report") -> "Figure":
     """How far the periods of a real-time run were off, and the latency step by step."""
-    made, axes = figure(1, 2, (11.0, 4.0))
+    fig, axes = figure(1, 2, (11.0, 4.0))
     counts, edges = report.histogram()
     axes[0, 0].bar(edges[:-1] * 1e6, counts, np.diff(edges) * 1e6, align="edge", color=COLOURS[0])
     axes[0, 0].set_yscale("symlog")
@@ -39,5 +39,5 @@ def timing(report: "Report") -> "Figure":
     axes[0, 1].plot(np.arange(report.steps), report.latency * 1e6, color=COLOURS[1], linewidth=0.6)
     axes[0, 1].set_xlabel("macro step")
     axes[0, 1].set_ylabel("latency [us]")
-    made.suptitle(f"{report.wanted * 1e3:g} ms: {report.steps} steps, {report.overruns} overruns")
-    return made
+    fig.suptitle(f"{report.wanted * 1e3:g} ms: {report.steps} steps, {report.overruns} overruns")
+    return fig

@@ -71,8 +71,8 @@ class Report:
         """The percentiles of PERCENTILES by name ("p99"), "max" for 100; empty without values."""
         if not values.size:
             return {}
-        found = np.percentile(values, PERCENTILES)
-        return {"max" if p == 100.0 else f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
+        sizes = np.percentile(values, PERCENTILES)
+        return {"max" if p == 100.0 else f"p{p:g}": float(v) for p, v in zip(PERCENTILES, sizes, strict=True)}
 
     def histogram(self, bins: int = 60) -> tuple[np.ndarray, np.ndarray]:
         """How many periods deviate by how much from the wanted one (s): counts (bins,), edges (bins + 1,)."""
@@ -96,8 +96,8 @@ class Report:
         off = self.percentiles(np.abs(self.period - self.wanted))
         late = self.percentiles(self.latency)
 
-        def microseconds(found: dict[str, float]) -> str:
-            return ", ".join(f"{name} {value * 1e6:.1f}" for name, value in found.items()) or "none"
+        def microseconds(sizes: dict[str, float]) -> str:
+            return ", ".join(f"{name} {value * 1e6:.1f}" for name, value in sizes.items()) or "none"
 
         return (
             f"real time at {self.wanted * 1e3:g} ms: {self.steps} steps, {self.overruns} overruns ({self.policy}), {self.lost} "
@@ -221,10 +221,10 @@ def _memory(*, lock: bool) -> bool:
     if libc is None:
         return False
     if not lock:
-        return libc.munlockall() == 0
+        return bool(libc.munlockall() == 0)
     if os.geteuid() != 0:  # with a limit, MCL_FUTURE would make later allocations fail
-        return libc.mlockall(_MCL_CURRENT) == 0
-    return libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) == 0
+        return bool(libc.mlockall(_MCL_CURRENT) == 0)
+    return bool(libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) == 0)
 
 
 def _prefer(priority: int) -> bool:

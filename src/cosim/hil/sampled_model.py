@@ -94,7 +94,7 @@ class SampledModel:
         for _ in range(steps + 1):
             rows.append(W @ s)
             s = M @ s + m
-        return np.array(rows) + self.start
+        return np.asarray(np.array(rows) + self.start)
 
 
 def linearise(system: System, component: str) -> SampledModel:

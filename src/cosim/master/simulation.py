@@ -14,7 +14,8 @@ from ..systems import System
 from ..trajectory import Trajectory
 from . import shown
 from .energy import BondEnergy, untrustworthy
-from .stepping import Options, Progress, Stepper
+from .progress import Progress
+from .stepping import Options, Stepper
 from .time_grid import TimeGrid, macro_steps
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]

@@ -20,11 +20,11 @@ from ..network import Network
 from .adaptive import Adaptive, Controller
 from .checkpoint import Checkpoint, Resume, fingerprint
 from .energy import EnergyMeter
+from .progress import Progress
 from .recording import Recorder, Recording
 from .state import RunState
 from .time_grid import TimeGrid
 
-Progress = Callable[[float, float], None]  # called with how much is done and how much there is
 BEFORE = 4  # rows of outputs before the newest that a chunk begins with
 FIRST_CHUNK = 4  # macro steps of the inner loop's first chunk
 PATIENCE = 0.05  # s between two chunks of the inner loop: progress, Ctrl-C and checkpoints wait so long at most

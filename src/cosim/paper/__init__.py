@@ -10,10 +10,11 @@ gyroscopic dampers. What it states is quoted in the claims; every verdict is com
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from ..master import Progress, stage
 from . import ledger, vehicle, wheel_pair
 from .cases import Extent
 from .ledger import Claim
@@ -21,6 +22,7 @@ from .sensitivity.study import DRAWS, SEED, studied, subjects
 
 __all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
 
+PAIR = 0.1  # of the time goes into the wheel pair, the rest into the vehicle
 NOT_STUDIED = "not studied (--draws 0)"
 
 
@@ -30,7 +32,7 @@ def reproduce(
     full_vehicle: bool = True,
     sensitivity: Mapping[str, str] | None = None,
     extent: Extent | None = None,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[list[Claim], list[Path]]:
     """Draw the figures into `folder`, write ledger.md and ledger.json there; returns the claims and the files.
 
@@ -38,9 +40,9 @@ def reproduce(
     says it. extent : how much is run for figures 6 to 10.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    claims, files = wheel_pair.reproduce(folder, progress=progress)
+    claims, files = wheel_pair.reproduce(folder, progress=stage(progress, 0.0, PAIR if full_vehicle else 1.0))
     if full_vehicle:
-        more, others = vehicle.reproduce(folder, extent=extent, progress=progress)
+        more, others = vehicle.reproduce(folder, extent=extent, progress=stage(progress, PAIR, 1.0))
         claims, files = claims + more, files + others
     claims = [replace(claim, sensitivity=(sensitivity or {}).get(claim.id, NOT_STUDIED)) for claim in claims]
     page = folder / "ledger.md"

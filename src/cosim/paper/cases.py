@@ -5,13 +5,13 @@ runs two parameter sets from several starts; sensitivity/draws.py runs the same 
 """
 
 import multiprocessing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 from ..coupling import Jacobi
-from ..master import Options, simulate
+from ..master import Options, Progress, simulate
 from ..master.recording import Recording
 from ..railway.assessment import Assessment, assess
 from ..ssp import system as named_system
@@ -88,7 +88,7 @@ def seconds(speed: int, vehicle: Mapping[str, float], extent: Extent) -> float:
     return (vehicle["curve_start"] + 2 * vehicle["transition_length"] + vehicle["curve_length"] + behind) / speed
 
 
-def run_all(extent: Extent, progress: Callable[[float, float], None] | None) -> dict[Key, Case]:
+def run_all(extent: Extent, progress: Progress | None) -> dict[Key, Case]:
     """All runs of the ledger, on all cores. The FMUs are built here, once, before the processes begin."""
     keys = ledger_keys(extent)
     for source in sorted({part.source for key in keys for part in base(key[0], key[1]).components}):

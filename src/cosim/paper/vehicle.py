@@ -6,11 +6,12 @@ A run that hunts in the flanges is chaotic, so every case in the curve is run fo
 figures show the first, verdicts count all. Cases: gyro_cosim.paper.cases; measures and verdicts: gyro_cosim.paper.measures.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import figures
+from ..master import Progress
 from ..systems import catalogue
 from . import measures
 from .cases import FAST, SETS, SLOW, SPINS, STRAIGHT, Case, Extent, Key, base, of_set, run_all
@@ -26,7 +27,7 @@ Cases = Mapping[Key, Case]
 
 
 def reproduce(
-    folder: Path, *, extent: Extent | None = None, progress: Callable[[float, float], None] | None = None
+    folder: Path, *, extent: Extent | None = None, progress: Progress | None = None
 ) -> tuple[list[Claim], list[Path]]:
     """Draw figures 6 to 10 into `folder`; returns the claims C5 to C10 and the files."""
     extent = extent or Extent()
@@ -39,7 +40,7 @@ def reproduce(
         "figure_9.png": _over_time(cases, FAST, ("off",), ANGLES),
         "figure_10.png": _over_time(cases, FAST, ("on",), ANGLES),
     }
-    return claims, [figures.save(made, folder / name) for name, made in drawn.items()]
+    return claims, [figures.save(fig, folder / name) for name, fig in drawn.items()]
 
 
 def degrees_of_freedom() -> Claim:
@@ -62,13 +63,13 @@ def claim_6(cases: Cases) -> Claim:
     words: list[str] = []
     parts: dict[str, bool] = {}
     for name in SETS:
-        found: dict[str, measures.Measures] = {}
+        measured: dict[str, measures.Measures] = {}
         for gyro in SPINS:
             (case,) = of_set(cases, name, STRAIGHT, gyro)
-            found[gyro] = run = measures.straight(case.trajectory)
+            measured[gyro] = run = measures.straight(case.trajectory)
             lost = ", derailed" if case.assessment.verdict.derailed else ""
             words.append(f"{name} {gyro}: |y| {run['y']:.1e} m, |psi| {run['psi']:.1e} rad{lost}")
-        parts |= _of_set(name, holds(measures.claim_6(found["off"], found["on"])))
+        parts |= _of_set(name, holds(measures.claim_6(measured["off"], measured["on"])))
     return Claim(
         "C6", "fig. 6", "50 m/s over waves of 50 m and 10 mm: off does not settle, on goes to y about 1e-6 m and yaw 0",
         "off critically stable, on settles", "in the last 2 s " + "; ".join(words), parts,
@@ -84,10 +85,10 @@ def claims_7_and_8(cases: Cases) -> list[Claim]:
     parts8: dict[str, bool] = {}
     lost: list[str] = []
     for name in SETS:
-        found = {gyro: [curve(case.trajectory) for case in of_set(cases, name, SLOW, gyro)] for gyro in SPINS}
-        off, on = medians(found["off"]), medians(found["on"])
-        parts7 |= _of_set(name, holds(measures.claim_7(found["off"], found["on"])))
-        parts8 |= _of_set(name, holds(measures.claim_8(found["off"], found["on"])))
+        measured = {gyro: [curve(case.trajectory) for case in of_set(cases, name, SLOW, gyro)] for gyro in SPINS}
+        off, on = medians(measured["off"]), medians(measured["on"])
+        parts7 |= _of_set(name, holds(measures.claim_7(measured["off"], measured["on"])))
+        parts8 |= _of_set(name, holds(measures.claim_8(measured["off"], measured["on"])))
         words7.append(
             f"{name}: max |y| {off['y'] * 1e3:.1f} -> {on['y'] * 1e3:.1f} mm, "
             f"max |psi| {off['psi'] * 1e3:.0f} -> {on['psi'] * 1e3:.0f} mrad, "
@@ -97,7 +98,7 @@ def claims_7_and_8(cases: Cases) -> list[Claim]:
             f"{name}: Y {off['force'] / 1e3:.1f} -> {on['force'] / 1e3:.1f} kN, "
             f"Y/Q (EN 14363) {off['filtered']:.2f} -> {on['filtered']:.2f}"
         )
-        lost += [f"{name} {gyro} {_derailed(rows)}" for gyro, rows in found.items() if any(run["climb"] > 1.0 for run in rows)]
+        lost += [f"{name} {gyro} {_derailed(rows)}" for gyro, rows in measured.items() if any(run["climb"] > 1.0 for run in rows)]
     note = "medians over the starts, off -> on" + ("; " + ", ".join(lost) if lost else "")
     return [
         Claim("C7", "fig. 7", "R = 50 m at 5 m/s: on has the better transients and steady state of y and psi",
@@ -142,7 +143,7 @@ def _derailed(rows: list[measures.Measures]) -> str:
 
 def _figure_6(cases: Cases) -> Any:
     """y and psi over time on straight track, one column a set."""
-    made, axes = figures.figure(2, len(SETS), (6.0 * len(SETS), 6.0), sharex=True)
+    fig, axes = figures.figure(2, len(SETS), (6.0 * len(SETS), 6.0), sharex=True)
     for column, (name, label) in enumerate(SETS.items()):
         for gyro in SPINS:
             for ax, (signal, (_, factor)) in zip(axes[:, column], ANGLES.items(), strict=True):
@@ -152,7 +153,7 @@ def _figure_6(cases: Cases) -> Any:
         axes[1, column].set_xlabel("time [s]")
     for ax, (label, _) in zip(axes[:, 0], ANGLES.values(), strict=True):
         ax.set_ylabel(label)
-    return made
+    return fig
 
 
 def _course(ax: Any, cases: Cases, which: tuple[str, int, str], signal: str, factor: float) -> None:
@@ -166,7 +167,7 @@ def _course(ax: Any, cases: Cases, which: tuple[str, int, str], signal: str, fac
 
 def _over_time(cases: Cases, speed: int, gyros: tuple[str, ...], labels: Mapping[str, tuple[str, float]]) -> Any:
     """Signals of the first start over time: one row a set, one column a signal, one curve a state of the gyro."""
-    made, axes = figures.figure(len(SETS), len(labels), (6.0 * len(labels), 3.4 * len(SETS)))
+    fig, axes = figures.figure(len(SETS), len(labels), (6.0 * len(labels), 3.4 * len(SETS)))
     for row, (name, described) in zip(axes, SETS.items(), strict=True):
         for ax, (signal, (label, factor)) in zip(row, labels.items(), strict=True):
             for gyro in gyros:
@@ -175,4 +176,4 @@ def _over_time(cases: Cases, speed: int, gyros: tuple[str, ...], labels: Mapping
             ax.set_xlabel("time [s]")
             ax.set_title(f"set {name}: {described}, R = 50 m at {speed} m/s", fontsize=9)
             ax.legend(fontsize=7)
-    return made
+    return fig

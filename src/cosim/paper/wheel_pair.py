@@ -1,12 +1,12 @@
 """The paper's first part: the wheel pair, figures 2 to 4, claims C1 to C4, and a map of damping beyond the paper."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import figures
+from ..master import Progress
 from ..ssp import system as named_system
 from ..stability import best, decay_rates
 from ..stability.figures import damping_map, root_locus
@@ -37,7 +37,7 @@ SIGNALS = {
 }
 
 
-def reproduce(folder: Path, *, progress: Callable[[float, float], None] | None = None) -> tuple[list[Claim], list[Path]]:
+def reproduce(folder: Path, *, progress: Progress | None = None) -> tuple[list[Claim], list[Path]]:
     """Draw figures 2 to 4 and the damping map into `folder`; returns the claims C1 to C4 and the files."""
     pair = named_system("wheel-pair")
     seen = pair_measures.observe(pair)
@@ -53,7 +53,7 @@ def reproduce(folder: Path, *, progress: Callable[[float, float], None] | None =
     }
     if progress is not None:
         progress(2, 3)
-    files = [figures.save(made, folder / name) for name, made in drawn.items()]
+    files = [figures.save(fig, folder / name) for name, fig in drawn.items()]
     return [_claim_1(seen), _claim_2(seen), _claim_3(seen), _claim_4(seen)], files
 
 
@@ -112,12 +112,12 @@ def _claim_4(seen: Observed) -> Claim:
 
 def _root_loci(seen: Observed) -> Any:
     """Root loci over speed at 10 rpm and over spin at 10 m/s."""
-    made, axes = figures.figure(1, 2, (12.0, 5.0))
+    fig, axes = figures.figure(1, 2, (12.0, 5.0))
     root_locus(axes[0, 0], seen.over_speed, seen.speeds, "forward speed v [m/s]")
     root_locus(axes[0, 1], seen.over_spin, seen.spins, "rotor speed [rpm]", detail=((-0.13, 0.02), (0.0, 2.6)))
     axes[0, 0].set_title("10 rpm, v = 1 to 100 m/s")
     axes[0, 1].set_title("v = 10 m/s, 0 to 1000 rpm")
-    return made
+    return fig
 
 
 def _damping_map(pair: System) -> Any:
@@ -127,7 +127,7 @@ def _damping_map(pair: System) -> Any:
     strongest = np.array([best(pair, SPIN, (1.0 * RPM, 600.0 * RPM), {SPEED: v})[0] / RPM for v in speed])
     # Where the lateral root, which no spin moves, is the slowest, a range of spins is equally good and none is best.
     strongest[(decay > decay.max(axis=1, keepdims=True) * (1 - 1e-6)).sum(axis=1) > 1] = np.nan
-    made = damping_map(spin, speed, decay, strongest)
+    fig = damping_map(spin, speed, decay, strongest)
     rpm, rate = best(pair, SPIN, (1.0 * RPM, 600.0 * RPM), {SPEED: 10.0})
-    made.axes[0].set_title(f"at 10 m/s strongest at {rpm / RPM:.0f} rpm, {rate:.3f} 1/s", fontsize=10)
-    return made
+    fig.axes[0].set_title(f"at 10 m/s strongest at {rpm / RPM:.0f} rpm, {rate:.3f} 1/s", fontsize=10)
+    return fig

@@ -40,12 +40,12 @@ class Assessment:
 
 def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
     """Every railway vehicle whose outputs were recorded; empty if there is none, or too little of a run to filter."""
-    found = []
+    vehicles = []
     for name in trajectory.names:
         vehicle, dot, signal = name.rpartition(".")
         if dot and signal == DISTANCE and len(trajectory) > 100:
-            found += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
-    return tuple(found)
+            vehicles += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
+    return tuple(vehicles)
 
 
 def _wheels(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:
@@ -66,7 +66,7 @@ def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
     even = np.linspace(t[0], t[-1], t.size)  # the filter wants even steps; a last, shorter one is spread
 
     def signal(name: str) -> np.ndarray:
-        return np.interp(even, t, trajectory[f"{vehicle}.{name}"])
+        return np.asarray(np.interp(even, t, trajectory[f"{vehicle}.{name}"]))
 
     def extent(suffix: str) -> dict[str, tuple[float, float]]:
         sizes = {pair: np.abs(trajectory[f"{vehicle}.{pair}{suffix}"]) for pair in pairs}

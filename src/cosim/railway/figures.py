@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "") -> "Figure":
     """Lateral displacement, yaw angle, Y and Y/Q of a railway vehicle over the distance along the track."""
-    made, axes = figure(4, 1, (9.0, 9.0), sharex=True)
+    fig, axes = figure(4, 1, (9.0, 9.0), sharex=True)
     distance = trajectory[f"{assessment.vehicle}.{DISTANCE}"]
     panels = (
         (assessment.pairs, LATERAL, "lateral displacement y\n[mm]", 1e3),
@@ -40,6 +40,6 @@ def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "
     words = {"fontsize": 7, "color": "0.3", "va": "bottom", "ha": "right", "backgroundcolor": (1, 1, 1, 0.6)}
     ratio.annotate(f"EN 14363 limit of the filtered value: {LIMIT:g}", (distance[-1], LIMIT), **words)
     ratio.set_xlabel("distance along the track [m]")
-    made.align_ylabels()
-    made.suptitle(f"{title}\n{assessment.verdict.text}", fontsize=10)
-    return made
+    fig.align_ylabels()
+    fig.suptitle(f"{title}\n{assessment.verdict.text}", fontsize=10)
+    return fig

@@ -31,7 +31,7 @@ def sliding_mean(signal: np.ndarray, distance: np.ndarray, window: float = WINDO
         raise ValueError("distance must grow and be as long as signal")
     integral = np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(s))])
     low, high = np.maximum(s - window / 2, s[0]), np.minimum(s + window / 2, s[-1])
-    return (np.interp(high, s, integral) - np.interp(low, s, integral)) / (high - low)
+    return np.asarray((np.interp(high, s, integral) - np.interp(low, s, integral)) / (high - low))
 
 
 def en14363(signal: np.ndarray, t: np.ndarray, distance: np.ndarray) -> np.ndarray:

@@ -61,12 +61,12 @@ def worst(signals: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray
     """The wheel (or pair) whose filtered signal is largest in size: Y/Q against 0.8, guiding forces against their limit."""
     if not signals:
         raise ValueError("signals must hold at least one wheel, got none")
-    found = []
+    extremes = []
     for wheel, signal in signals.items():
         filtered = np.abs(en14363(signal, t, distance))
         i = int(np.argmax(filtered))
-        found.append(Extreme(wheel, float(filtered[i]), float(distance[i]), float(t[i]), limit))
-    return max(found, key=lambda extreme: extreme.value)
+        extremes.append(Extreme(wheel, float(filtered[i]), float(distance[i]), float(t[i]), limit))
+    return max(extremes, key=lambda extreme: extreme.value)
 
 
 @dataclass(frozen=True)

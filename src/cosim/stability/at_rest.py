@@ -36,7 +36,7 @@ class AtRest:
     def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
         self.system, self.free = system, tuple(free)
         owners = [system.addressed(name.partition(".")[0]) for name in self.free]
-        names = [f"{owner}.{n.partition('.')[2]}" for n, found in zip(self.free, owners, strict=True) for owner in found]
+        names = [f"{owner}.{n.partition('.')[2]}" for n, of in zip(self.free, owners, strict=True) for owner in of]
         self.monolith = Monolith(system, free=names)
         self._spread = np.zeros((len(names), len(self.free)))  # from q to the parameters of all components
         self._spread[np.arange(len(names)), np.repeat(np.arange(len(self.free)), [len(o) for o in owners])] = 1.0
@@ -113,28 +113,28 @@ class AtRest:
 
     def roots(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
         """The eigenvalues of A(q), shape (n,), in order of falling real part."""
-        found = np.linalg.eigvals(self.matrix(q))
-        return found[np.lexsort((found.imag, -found.real))]
+        roots = np.linalg.eigvals(self.matrix(q))
+        return roots[np.lexsort((roots.imag, -roots.real))]
 
     def growth(self, q: Sequence[float] | np.ndarray, *, creeping: bool = True) -> float:
         """The largest real part (1/s) of a root; without `creeping` that of those which oscillate or grow."""
-        found = self.roots(q)
+        roots = self.roots(q)
         if not creeping:
-            found = found[(found.imag != 0.0) | (found.real > 0.0)]
-        return float(found.real.max())
+            roots = roots[(roots.imag != 0.0) | (roots.real > 0.0)]
+        return float(roots.real.max())
 
     def paths(self, q: np.ndarray) -> np.ndarray:
         """The roots along a series of q, shape (m, n_q), each column one continuous path, shape (m, n)."""
         from scipy.optimize import linear_sum_assignment
 
-        found = [self.roots(q[0])]
+        along = [self.roots(q[0])]
         for values in q[1:]:
             new = self.roots(values)
             # where each root goes if it goes on as it did: paths that cross do not change hands
-            ahead = 2 * found[-1] - found[-2] if len(found) > 1 else found[-1]
+            ahead = 2 * along[-1] - along[-2] if len(along) > 1 else along[-1]
             _, order = linear_sum_assignment(np.abs(ahead[:, None] - new[None, :]))
-            found.append(new[order])
-        return np.array(found)
+            along.append(new[order])
+        return np.array(along)
 
     def mode(self, q: Sequence[float] | np.ndarray, near: complex) -> tuple[complex, np.ndarray, np.ndarray]:
         """The root nearest to `near`, its vector v, shape (n,), largest element 1, and its derivative by q, shape (n_q,).

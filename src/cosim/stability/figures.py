@@ -43,7 +43,7 @@ def _paths(ax: "Axes", roots: np.ndarray, values: np.ndarray) -> "PathCollection
 
 def damping_map(spin_rpm: np.ndarray, speed: np.ndarray, decay: np.ndarray, best_rpm: np.ndarray) -> "Figure":
     """Decay rate of the slowest root, shape (len(speed), len(spin_rpm)), over spin and speed, with the best spin per speed."""
-    made, axes = figure(1, 1, (8.0, 5.0))
+    fig, axes = figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
     drawn = ax.contourf(spin_rpm, speed, decay, levels=24, cmap="viridis")
     ax.plot(best_rpm, speed, color="w", linewidth=2.0, linestyle="--", label="spin of strongest damping")
@@ -55,5 +55,5 @@ def damping_map(spin_rpm: np.ndarray, speed: np.ndarray, decay: np.ndarray, best
     ax.set_xlabel("rotor speed [rpm]")
     ax.set_ylabel("forward speed v [m/s]")
     ax.legend(loc="upper right")
-    made.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]")
-    return made
+    fig.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]")
+    return fig

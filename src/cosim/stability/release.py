@@ -102,7 +102,7 @@ def _lyapunov(A: np.ndarray, Q: np.ndarray) -> np.ndarray:
     from scipy.linalg import matrix_balance, solve_continuous_lyapunov
 
     scaled, (t, _) = matrix_balance(A, permute=False, separate=True)
-    return t[:, None] * solve_continuous_lyapunov(scaled, -Q / t[:, None] / t) * t
+    return np.asarray(t[:, None] * solve_continuous_lyapunov(scaled, -Q / t[:, None] / t) * t)
 
 
 def _gramian(A: np.ndarray, Q: np.ndarray, until: float) -> np.ndarray:
@@ -120,4 +120,4 @@ def _gramian(A: np.ndarray, Q: np.ndarray, until: float) -> np.ndarray:
     P = E.T @ whole[:n, n:]
     for _ in range(doublings):
         P, E = P + E.T @ P @ E, E @ E
-    return P / t[:, None] / t
+    return np.asarray(P / t[:, None] / t)

@@ -18,7 +18,7 @@ def roots(system: System, parameter: str, values: np.ndarray) -> np.ndarray:
 
 def travel(paths: np.ndarray) -> np.ndarray:
     """How far each root moves from where it starts, relative to its size; shape (n_x,)."""
-    return np.abs(paths - paths[0]).max(axis=0) / np.maximum(np.abs(paths).max(axis=0), 1e-12)
+    return np.asarray(np.abs(paths - paths[0]).max(axis=0) / np.maximum(np.abs(paths).max(axis=0), 1e-12))
 
 
 def decay_rates(system: System, across: tuple[str, np.ndarray], along: tuple[str, np.ndarray]) -> np.ndarray:

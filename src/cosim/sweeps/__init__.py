@@ -9,12 +9,12 @@ if __name__ == "__main__":  # worker processes import this script
     print(load("map.npz")["vehicle.yaw_angle.rms"])
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import Literal
 
+from ..master import Progress
 from .axes import Axis, Listed, Ranged, parse
 from .cluster import Cluster
 from .measure import Measure
@@ -51,7 +51,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     extend: bool = False,
-    progress: Callable[[float, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Outcome:
     """Do the runs that `file` does not hold yet, and put their rows there; a failed run is a row with its error.
 

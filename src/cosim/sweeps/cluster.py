@@ -87,14 +87,12 @@ class Cluster:
         """Rows of all runs in `todo`, in any order."""
         import distributed
 
-        class Plugin(Fmus, distributed.WorkerPlugin):
-            """Dask takes only what is derived from its own class."""
-
+        plugin = type("Plugin", (Fmus, distributed.WorkerPlugin), {})  # Dask takes only what is derived from its own class
         name = f"cosim-{next(iter(todo))}"
         runs = list(todo.items())
         client = self._client
         try:
-            client.register_plugin(Plugin(name, self._context, self._contents), name=name)
+            client.register_plugin(plugin(name, self._context, self._contents), name=name)
             pace, begun = TASK, 0
             tasks: dict[Any, list[tuple[str, Point]]] = {}
             completed = distributed.as_completed(loop=client.loop)

@@ -40,7 +40,7 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
     panels = _panels(table, {x, y}, MOST_PANELS, "panel")
     columns = min(3, len(panels))
     rows = -(-len(panels) // columns)
-    made, axes = figures.figure(rows, columns, (1.5 + 5.0 * columns, 0.5 + 4.0 * rows))
+    fig, axes = figures.figure(rows, columns, (1.5 + 5.0 * columns, 0.5 + 4.0 * rows))
     seen = table[measure][np.isfinite(table[measure])]
     span = {"vmin": seen.min(), "vmax": seen.max()} if seen.size else {}
     listed = _listed(table)
@@ -59,15 +59,15 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
         ax.set_title(label, fontsize=9)
     for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
-    made.colorbar(drawn, ax=axes.ravel().tolist(), label=_label(table, measure))
-    made.suptitle(_title(table))
-    return made
+    fig.colorbar(drawn, ax=axes.ravel().tolist(), label=_label(table, measure))
+    fig.suptitle(_title(table))
+    return fig
 
 
 def curves_of(table: Table, x: str, measure: str) -> "Figure":
     """The measure over x: a curve for each value of the other axes, dots where x was sampled."""
     _numeric(table, x, measure)
-    made, axes = figures.figure(1, 1, (8.0, 5.0))
+    fig, axes = figures.figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
     parts = _panels(table, {x}, MOST_CURVES, "curve")
     for (label, part), colour in zip(parts, figures.COLOURS, strict=False):
@@ -83,7 +83,7 @@ def curves_of(table: Table, x: str, measure: str) -> "Figure":
     ax.set_xlabel(_label(table, x))
     ax.set_ylabel(_label(table, measure))
     ax.set_title(_title(table))
-    return made
+    return fig
 
 
 def _cells(ax: "Axes", part: Table, x: str, y: str, measure: str, span: dict[str, Any]) -> Any:
@@ -101,7 +101,7 @@ def _edges(centres: np.ndarray) -> np.ndarray:
     if centres.size == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     if _geometric(centres):
-        return np.exp(_edges_of(np.log(centres)))
+        return np.asarray(np.exp(_edges_of(np.log(centres))))
     return _edges_of(centres)
 
 
@@ -122,15 +122,15 @@ def _panels(table: Table, used: set[str], most: int, what: str) -> list[tuple[st
     if count > most:
         named = " and ".join(f"{a} ({values.size} values)" for a, values in others.items())
         raise ValueError(f"there must be at most {most} {what}s, one for each value of {named}: choose with --where NAME=VALUE")
-    found = []
+    panels = []
     for values in product(*others.values()):
         chosen = (
             np.all([table[a] == v for a, v in zip(others, values, strict=True)], axis=0) if others else np.ones(len(table), bool)
         )
         if chosen.any():
             label = ", ".join(f"{a} = {_said(table, a, v)}" for a, v in zip(others, values, strict=True))
-            found.append((label, table.where(chosen)))
-    return found
+            panels.append((label, table.where(chosen)))
+    return panels
 
 
 def _numeric(table: Table, *names: str) -> None:

@@ -29,10 +29,10 @@ class Measure:
 
     def __call__(self, trajectory: Trajectory) -> list[float]:
         """The numbers in the order of the columns; ValueError if the function returns others."""
-        found = self.of(trajectory)
-        if set(found) != set(self.columns):
-            raise ValueError(f"a measure must return {', '.join(self.columns)}, got {', '.join(found) or 'nothing'}")
-        return [float(found[column]) for column in self.columns]
+        numbers = self.of(trajectory)
+        if set(numbers) != set(self.columns):
+            raise ValueError(f"a measure must return {', '.join(self.columns)}, got {', '.join(numbers) or 'nothing'}")
+        return [float(numbers[column]) for column in self.columns]
 
     @property
     def identity(self) -> list[Any]:

@@ -153,14 +153,14 @@ def _parquet() -> Any:
 def _write_parquet(table: Table, file: Path) -> None:
     import pyarrow
 
-    made = pyarrow.table({name: pyarrow.array(column.tolist()) for name, column in table.values.items()})
-    _parquet().write_table(made.replace_schema_metadata({MARK: json.dumps(table.head)}), file)
+    stored = pyarrow.table({name: pyarrow.array(column.tolist()) for name, column in table.values.items()})
+    _parquet().write_table(stored.replace_schema_metadata({MARK: json.dumps(table.head)}), file)
 
 
 def _read_parquet(file: Path) -> Table:
-    made = _parquet().read_table(file)
-    head = json.loads(made.schema.metadata[MARK.encode()])
-    values = {n: np.array(made[n].to_pylist(), dtype=str if n in head["text"] else float) for n in head["columns"]}
+    stored = _parquet().read_table(file)
+    head = json.loads(stored.schema.metadata[MARK.encode()])
+    values = {n: np.array(stored[n].to_pylist(), dtype=str if n in head["text"] else float) for n in head["columns"]}
     return Table(head, values)
 
 

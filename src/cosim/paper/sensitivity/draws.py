@@ -7,7 +7,7 @@ that was stopped goes on where it was, what was under way is run again, and a dr
 import hashlib
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,6 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ...errors import RunError
+from ...master import Progress
 from ...sweeps.axes import Point
 from ...sweeps.pool import Pool, cores
 from ...sweeps.runner import Row
@@ -35,8 +36,8 @@ Parts = Mapping[str, Sequence[str]]  # claim -> its parts
 class Bench(Protocol):
     """A subject with its FMUs open."""
 
-    def measure(self, point: Point, found: dict[str, float]) -> dict[str, dict[str, float]]:
-        """Run the cases at a point: what is measured goes into `found` as it comes; returns claim -> part -> margin."""
+    def measure(self, point: Point, into: dict[str, float]) -> dict[str, dict[str, float]]:
+        """Run the cases at a point: what is measured is put into `into` as it comes; returns claim -> part -> margin."""
 
     def close(self) -> None:
         """Close what was opened."""
@@ -127,10 +128,10 @@ class DrawTask:
         """See Task."""
         return float(row[1 + len(point) + OUTCOME.index("wall_s")])
 
-    def row(self, key: str, point: Point, error: str, seconds: float, found: Mapping[str, float]) -> Row:
-        """The row of a draw; what was not found is nan."""
+    def row(self, key: str, point: Point, error: str, seconds: float, values: Mapping[str, float]) -> Row:
+        """The row of a draw; what was not measured is NaN."""
         head = [key, *point.values(), "failed" if error else "done", " ".join(error.split()), seconds]
-        return head + [found.get(column, float("nan")) for column in self.study.columns[len(head) :]]
+        return head + [values.get(column, float("nan")) for column in self.study.columns[len(head) :]]
 
 
 class DrawRunner:
@@ -141,16 +142,16 @@ class DrawRunner:
 
     def row(self, key: str, point: Point) -> Row:
         """Run the cases of one draw; whatever goes wrong is said in the row, with what was measured before."""
-        began, found, error = time.perf_counter(), dict[str, float](), ""
+        began, values, error = time.perf_counter(), dict[str, float](), ""
         try:
-            for claim, margins in self._bench.measure(point, found).items():
+            for claim, margins in self._bench.measure(point, values).items():
                 for part, margin in margins.items():
-                    found |= {f"{claim}: {part}": float(margin > 0.0), f"{claim}: {part}{MARGIN}": margin}
+                    values |= {f"{claim}: {part}": float(margin > 0.0), f"{claim}: {part}{MARGIN}": margin}
         except RunError as failure:
             error = str(failure)
         except Exception as failure:  # a study goes on, whatever one draw meets; the row names the error and its kind
             error = f"{type(failure).__name__}: {failure}"
-        return self._task.row(key, point, error, time.perf_counter() - began, found)
+        return self._task.row(key, point, error, time.perf_counter() - began, values)
 
     def close(self) -> None:
         """Close the FMUs."""
@@ -158,7 +159,7 @@ class DrawRunner:
 
 
 def carry_out(
-    study: Study, file: Path, *, workers: int | None = None, progress: Callable[[float, float], None] | None = None
+    study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None
 ) -> Table:
     """All rows of the study, doing those that `file` (.csv, .npz or .parquet) does not hold yet.
 

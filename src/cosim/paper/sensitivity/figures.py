@@ -25,7 +25,7 @@ def shares(found: Sequence[Finding]) -> "Figure":
     alone = sure | {claim for claim, _ in rows if sum(c == claim for c, _ in rows) == 2}
     rows = [(claim, part) for claim, part in rows if not (part and claim in alone)]
     wheels = list(dict.fromkeys(f.wheels for f in found))
-    made, axes = figures.figure(1, 1, (8.0, 1.2 + 0.19 * sum(_bars(found, row) for row in rows) + 0.1 * len(rows)))
+    fig, axes = figures.figure(1, 1, (8.0, 1.2 + 0.19 * sum(_bars(found, row) for row in rows) + 0.1 * len(rows)))
     ax, ticks, labels, y = axes[0, 0], list[float](), list[str](), 0.0
     for claim, part in rows:
         y += 0.5 if part else 1.0
@@ -51,7 +51,7 @@ def shares(found: Sequence[Finding]) -> "Figure":
     for name in wheels:
         ax.barh(-5.0, 0.0, color=figures.COLOURS[wheels.index(name)], label=name)
     ax.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(wheels), frameon=False)
-    return made
+    return fig
 
 
 def _bars(found: Sequence[Finding], row: tuple[str, str]) -> int:
@@ -73,7 +73,7 @@ def correlations(found: Sequence[Finding]) -> "Figure":
             table[targets.index(influence.target), column] = influence.rho
     strength = np.nan_to_num(np.abs(table)).max(axis=1) if targets else np.zeros(0)
     order = np.argsort(-strength, kind="stable")
-    made, axes = figures.figure(1, 1, (2.6 + 0.72 * len(whole), 1.6 + 0.27 * len(targets)))
+    fig, axes = figures.figure(1, 1, (2.6 + 0.72 * len(whole), 1.6 + 0.27 * len(targets)))
     ax = axes[0, 0]
     drawn = ax.imshow(table[order], cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for row, place in enumerate(order):
@@ -92,5 +92,5 @@ def correlations(found: Sequence[Finding]) -> "Figure":
     for name in wheels:
         places = [column for column, f in enumerate(whole) if f.wheels == name]
         ax.text(float(np.mean(places)), -0.8, name, ha="center", va="bottom", fontsize=9)
-    made.colorbar(drawn, ax=ax, label="Spearman's rank correlation with the claim's truth", pad=0.02)
-    return made
+    fig.colorbar(drawn, ax=ax, label="Spearman's rank correlation with the claim's truth", pad=0.02)
+    return fig

@@ -32,32 +32,33 @@ class Open:
 
 def open_parameters(system: System) -> tuple[Open, ...]:
     """Every parameter with an assumed range, of each component once; parts of one source are addressed together."""
-    found = []
+    collected = []
     for address, part in addressed(system).items():
-        found += [
+        collected += [
             Open(f"{address}.{v.name}", v.assumed[0], v.assumed[1], v.unit, v.meaning)
             for v in catalogue.component(part.source).parameters
             if v.assumed is not None
         ]
-    return tuple(found)
+    return tuple(collected)
 
 
 def addressed(system: System) -> dict[str, SystemComponent]:
     """What addresses the parts of each source ("gyro" for gyro_front and gyro_rear), and the first of them."""
-    found: dict[str, SystemComponent] = {}
+    firsts: dict[str, SystemComponent] = {}
     for part in system.components:
         alike = [p.name for p in system.components if p.source == part.source]
-        found.setdefault(part.name if len(alike) == 1 else part.name.partition("_")[0], part)
-    return found
+        firsts.setdefault(part.name if len(alike) == 1 else part.name.partition("_")[0], part)
+    return firsts
 
 
 def values_of(system: System) -> dict[str, float]:
     """Every number of the components' parameters by target, as the system sets them or else as they start."""
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for address, part in addressed(system).items():
-        given: Mapping[str, Any] = {**part.bound, **part.values}
-        found |= {f"{address}.{v.name}": float(given.get(v.name, v.start)) for v in catalogue.component(part.source).parameters}
-    return found
+        bound: Mapping[str, Any] = {**part.bound, **part.values}
+        variables = catalogue.component(part.source).parameters
+        numbers |= {f"{address}.{v.name}": float(bound.get(v.name, v.start)) for v in variables}
+    return numbers
 
 
 def coordinates(parameters: Sequence[Open]) -> list[tuple[str, ...]]:

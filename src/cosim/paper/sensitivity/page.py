@@ -15,16 +15,16 @@ BEST = 5  # draws that the ranking shows
 
 def page(study: Study, table: Table) -> str:
     """Everything about one study."""
-    found, ranked = findings(study, table), ranking(study, table)
+    rows_of_claims, ranked = findings(study, table), ranking(study, table)
     failed = int((table["status"] == "failed").sum())
     subject = study.subject
     kinds = ", each with " + " and ".join(subject.wheels) if len(subject.wheels) > 1 else ""
     text = [
         f"## {subject.name}: {study.draws} draws, seed {study.seed}",
         f"Latin hypercube over {len(subject.parameters)} open parameters{kinds}: {len(table)} rows, {failed} of them failed.",
-        _claims(study, table, [f for f in found if not f.part]),
+        _claims(study, table, [f for f in rows_of_claims if not f.part]),
         "Parts of the claims:",
-        _parts([f for f in found if f.part]),
+        _parts([f for f in rows_of_claims if f.part]),
         *_derailments(study, table),
         *_medians(study, table),
         f"Ranking by the parts that come out at once, of {sum(map(len, subject.claims.values()))}:",
@@ -41,13 +41,13 @@ def table_of(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def _claims(study: Study, table: Table, found: Sequence[Finding]) -> str:
+def _claims(study: Study, table: Table, rows_of_claims: Sequence[Finding]) -> str:
     head = ("claim", "wheels", "holds in", "95 %", "decided by (rank correlation)", "holds in the lowest and highest third of it",
             "at the middle")  # fmt: skip
     return table_of(head, (
         (f.claim, f.wheels, f"{f.share.count} of {f.share.judged}", f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
          _decided(f), _thirds(study, table, f), "-" if f.middle is None else "holds" if f.middle else "does not")
-        for f in found
+        for f in rows_of_claims
     ))  # fmt: skip
 
 
@@ -75,13 +75,13 @@ def _thirds(study: Study, table: Table, finding: Finding) -> str:
     return ", ".join(words)
 
 
-def _parts(found: Sequence[Finding]) -> str:
+def _parts(rows_of_claims: Sequence[Finding]) -> str:
     head = ("claim", "part", "wheels", "holds in", "95 %", "decided by")
     return table_of(head, (
         (f.claim, f.part, f.wheels, f"{f.share.count} of {f.share.judged}",
          f"{100 * f.share.low:.0f}..{100 * f.share.high:.0f} %",
          _decided(f))
-        for f in found
+        for f in rows_of_claims
     ))  # fmt: skip
 
 

@@ -73,14 +73,14 @@ class PairBench:
         self._system, self._files = what.system, files
         self._network: Network | None = None
 
-    def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
+    def measure(self, point: Point, into: dict[str, float]) -> dict[str, Margins]:
         """See gyro_cosim.paper.sensitivity.draws.Bench."""
         plan = self._system
         for target, value in point.items():
             if target not in NAMED:
                 plan = plan.with_value(target, value)
         seen = pair_measures.observe(plan, self._simulated, fineness=FINENESS)
-        found.update(_measured(seen))
+        into.update(_measured(seen))
         return pair_measures.margins(seen)
 
     def close(self) -> None:
@@ -98,10 +98,10 @@ class PairBench:
 
 def _measured(seen: Observed) -> dict[str, float]:
     """Largest real parts (1/s) and settling times (s)."""
-    found = {"over speed: largest real part": float(seen.over_speed.real.max()),
+    values = {"over speed: largest real part": float(seen.over_speed.real.max()),
              "over spin: largest real part": float(seen.over_spin[1:].real.max())}  # fmt: skip
     settled = {f"{rpm} rpm: {NAMES[n]} settled": settling_time(tr, n) for rpm, tr in seen.turning.items() for n in NAMES}
-    return found | settled
+    return values | settled
 
 
 def _nothing() -> Observed:

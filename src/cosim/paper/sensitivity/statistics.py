@@ -80,10 +80,10 @@ def influences(parameters: dict[str, np.ndarray], margin: np.ndarray) -> tuple[I
         P = np.linalg.inv(R)
         partial = -P[:k, k] / np.sqrt(np.diag(P)[:k] * P[k, k])
         p = np.maximum(p, _by_chance(partial, n - k - 1))
-    found = [
+    strengths = [
         Influence(*row) for row in zip(parameters, rho.tolist(), partial.tolist(), np.minimum(1.0, k * p).tolist(), strict=True)
     ]
-    return tuple(sorted(found, key=lambda influence: -abs(influence.rho)))
+    return tuple(sorted(strengths, key=lambda influence: -abs(influence.rho)))
 
 
 def _by_chance(correlation: np.ndarray, freedom: int) -> np.ndarray:

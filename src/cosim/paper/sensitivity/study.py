@@ -1,11 +1,11 @@
 """The studies of draws behind the ledger's column `sensitivity`: of the wheel pair and of the full vehicle, and their files."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ... import figures
+from ...master import Progress, stage
 from . import figures as sensitivity_figures
 from . import pair_draws, vehicle_draws
 from .draws import Study, Subject, carry_out
@@ -14,8 +14,6 @@ from .page import document, page
 
 EVERYWHERE = {"C5": "holds in every draw: no open parameter enters"}
 DRAWS, SEED = 8, 1  # a look in passing; docs/claims.md has the study that claims rest on
-
-Progress = Callable[[float, float], None]
 
 
 def subjects(*, full_vehicle: bool = True) -> list[Subject]:
@@ -37,21 +35,21 @@ def studied(
     pages: list[str] = []
     documents: list[dict[str, Any]] = []
     files: list[Path] = []
-    found: list[Finding] = []
+    everything: list[Finding] = []
     here: list[Finding] = []
-    for subject in of:
+    for place, subject in enumerate(of):
         study = Study(subject, draws, seed)
         files.append(folder / f"draws_{subject.name}_{draws}_{seed}.csv")
-        table = carry_out(study, files[-1], workers=workers, progress=progress)
+        table = carry_out(study, files[-1], workers=workers, progress=stage(progress, place / len(of), (place + 1) / len(of)))
         here = findings(study, table)
         texts |= sentences(here, tuple(subject.wheels))
         pages.append(page(study, table))
         documents.append(document(study, table))
-        found += here
+        everything += here
     words, data = folder / "sensitivity.md", folder / "sensitivity.json"
     words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
     data.write_text(json.dumps({"studies": documents}, indent=1) + "\n", encoding="utf-8")
-    files += [words, data, figures.save(sensitivity_figures.shares(found), folder / "claims_shares.png")]
+    files += [words, data, figures.save(sensitivity_figures.shares(everything), folder / "claims_shares.png")]
     if any(finding.influences for finding in here):  # of what was studied last: the vehicle, whose parameters are many
         files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))
     return texts, files

@@ -98,7 +98,7 @@ class VehicleBench:
         }
         self._network: Network | None = None
 
-    def measure(self, point: Point, found: dict[str, float]) -> dict[str, Margins]:
+    def measure(self, point: Point, into: dict[str, float]) -> dict[str, Margins]:
         """See gyro_cosim.paper.sensitivity.draws.Bench."""
         values = {t: float(v) for t, v in point.items() if t not in NAMED} | dict(self._what.wheels[str(point["wheels"])])
         of_vehicle = {**self._what.fixed, **{t.partition(".")[2]: v for t, v in values.items() if t.startswith("vehicle.")}}
@@ -113,7 +113,7 @@ class VehicleBench:
             if tr is None or not (tr.t[-1] < stop / 2 - 1e-9 or hunts(tr)):
                 tr = self._simulated(plan, stop)
             measured = _measured(tr, speed)
-            found.update({_column(speed, gyro, key): value for key, value in measured.items()})
+            into.update({_column(speed, gyro, key): value for key, value in measured.items()})
             return measured
 
         return _margins(run)
