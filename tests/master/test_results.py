@@ -14,7 +14,7 @@ from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Iterated, Jaco
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
 from gyro_cosim.coupling import Algorithm, Newton
-from gyro_cosim.master import Options, open_network, run
+from gyro_cosim.master import Options, open_network, run, stepping
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recorder, Recording
@@ -276,3 +276,15 @@ def test_an_exact_name_always_means_that_signal_and_only_star_and_question_mark_
     else:
         with pytest.raises(ValueError, match="unknown signal to record:"):
             Recorder(Recording(select=(pattern,)), network, 2)
+
+
+@pytest.mark.parametrize("options", [Options(adaptive=Adaptive(1e-6)), Options(compiled=False), Options(compiled=True)])
+def test_results_do_not_depend_on_how_many_points_are_held(options: Options, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = system("wheel-pair")
+    whole = simulate(plan, step=1e-3, stop=0.15, options=options)
+    assert whole.steps > 100
+    monkeypatch.setattr(stepping, "CHUNK_NUMBERS", 1)  # 16 points at once
+    pieces = simulate(plan, step=1e-3, stop=0.15, options=options)
+    assert pieces.trajectory.t.tobytes() == whole.trajectory.t.tobytes()
+    assert pieces.trajectory.values.tobytes() == whole.trajectory.values.tobytes()
+    assert pieces.energy == whole.energy

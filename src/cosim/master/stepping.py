@@ -30,6 +30,7 @@ FIRST_CHUNK = 4  # macro steps of the inner loop's first chunk
 PATIENCE = 0.05  # s between two chunks of the inner loop: progress, Ctrl-C and checkpoints wait so long at most
 CHUNK_NUMBERS = 1_000_000  # outputs held between two visits of the recorder
 SHOWN_EVERY = 0.1  # s between two calls of progress
+MOST_POINTS = 2  # that one step of Plain or Adapting adds
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,8 @@ class Stepper:
         if compiled is None:
             compiled = (grid.n - self.state.done) * len(network.slaves) >= driver.LONG
         self._compiled = compiled
-        self._meter = EnergyMeter(network, driver.compiled_meter() if compiled and driver.fits(network, algorithm) else None)
+        self._fits = options.adaptive is None and driver.fits(network, algorithm)
+        self._meter = EnergyMeter(network, driver.compiled_meter() if compiled and self._fits else None)
         self._rows = Rows(network)
         self._rows.begin(self.state.history)
         self._plain: Way = Plain(network, algorithm, grid, self._rows)
@@ -198,7 +200,7 @@ class Stepper:
                 before_step(self.state.done + 1)
             self.state, failure = way.step(self.state)
             self._watch()
-            if way is self._inner or not self._rows.room:
+            if way is self._inner or self._rows.room < MOST_POINTS:
                 self.hand_over()
             if failure is not None:
                 raise failure
@@ -217,14 +219,12 @@ class Stepper:
     def _way(self, *, paced: bool) -> Way:
         """The inner loop, once there are as many points as it looks back to, and for steps of the full length only."""
         done, options = self.state.done, self._options
-        if paced or options.adaptive is not None or not self._algorithm.degree <= done < self._grid.even:
+        if paced or not self._fits or not self._algorithm.degree <= done < self._grid.even:
             return self._plain
-        if self._inner is None and driver.fits(self._network, self._algorithm):
+        if self._inner is None:
             checkpoint = options.checkpoint
             most = self._grid.n if checkpoint is None else max(1, round(checkpoint.every / self._grid.step))
             self._inner = Inner(self._network, self._algorithm, self._grid, self._rows, compiled=self._compiled, most=most)
-        if self._inner is None:
-            return self._plain
         if self._rows.count:  # it numbers the used inputs from the first step that it does
             self.hand_over()
         return self._inner
