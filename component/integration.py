@@ -115,7 +115,7 @@ def _whole_step(rhs: ca.Function, method: str) -> ca.Function:
 
 
 def input_at(U: np.ndarray, tau: float) -> np.ndarray:
-    """The inputs at offset `tau` (s) of the polynomial `U`, shape (n_u,)."""
+    """The inputs, shape (n_u,), at offset `tau` (s) of the polynomial `U`, shape (n_u, 3)."""
     return U[:, 0] + U[:, 1] * tau + U[:, 2] * (tau * tau) / 2
 
 

@@ -70,22 +70,46 @@ def _locked(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def off() -> Component:
-    """Make the gyro unit with its rotor at rest, Table 1's numbers."""
+    """Make the gyro unit with its rotor at rest, Table 1's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:off`.
+    """
     return _resting("off", "Gyro unit with its rotor at rest", SMALL)
 
 
 def off_full() -> Component:
-    """Make the gyro unit with its rotor at rest, Table 2's numbers."""
+    """Make the gyro unit with its rotor at rest, Table 2's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:off_full`.
+    """
     return _resting("off_full", "Full-scale gyro unit with its rotor at rest", FULL)
 
 
 def locked() -> Component:
-    """Make the gyro unit with its gimbal locked, Table 1's numbers."""
+    """Make the gyro unit with its gimbal locked, Table 1's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:locked`.
+    """
     return _fixed("locked", "Gyro unit with its gimbal locked", SMALL)
 
 
 def locked_full() -> Component:
-    """Make the gyro unit with its gimbal locked, Table 2's numbers."""
+    """Make the gyro unit with its gimbal locked, Table 2's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:locked_full`.
+    """
     return _fixed("locked_full", "Full-scale gyro unit with its gimbal locked", FULL)
 
 

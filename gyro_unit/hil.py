@@ -231,10 +231,22 @@ def hil(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG
 
 
 def small() -> Component:
-    """Make the nonlinear gyro unit with Table 1's numbers on a table-top rig."""
+    """Make the nonlinear gyro unit with Table 1's numbers on a table-top rig.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:hil`.
+    """
     return hil(nonlinear())
 
 
 def full() -> Component:
-    """Make the nonlinear gyro unit with Table 2's numbers on a full-size rig."""
+    """Make the nonlinear gyro unit with Table 2's numbers on a full-size rig.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:hil_full`.
+    """
     return hil(nonlinear_full(), variant="hil_full", rig=RIG_FULL)

@@ -55,12 +55,24 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def linear() -> Component:
-    """Make the paper's gyro unit with Table 1's numbers."""
+    """Make the paper's gyro unit with Table 1's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:linear`.
+    """
     return _variant("linear", "Single-gimbal gyroscopic damper, linear in the gimbal angle", SMALL)
 
 
 def linear_full() -> Component:
-    """Make the same with Table 2's numbers: the gyro unit of the full vehicle."""
+    """Make the same with Table 2's numbers: the gyro unit of the full vehicle.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:linear_full`.
+    """
     return _variant("linear_full", "Full-scale single-gimbal gyroscopic damper, linear in the gimbal angle", FULL)
 
 

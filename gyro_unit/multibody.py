@@ -114,12 +114,24 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def multibody() -> Component:
-    """Make the gyro unit with Table 1's numbers."""
+    """Make the gyro unit with Table 1's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:multibody`.
+    """
     return _variant("multibody", "Gyro unit with rotor, motor and inner gimbal as rigid bodies", (*SMALL, *ROTOR_SMALL))
 
 
 def multibody_full() -> Component:
-    """Make the gyro unit with Table 2's numbers."""
+    """Make the gyro unit with Table 2's numbers.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:multibody_full`.
+    """
     description = "Full-scale gyro unit with rotor, motor and inner gimbal as rigid bodies"
     return _variant("multibody_full", description, (*FULL, *ROTOR_FULL))
 

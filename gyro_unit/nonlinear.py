@@ -59,17 +59,35 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def nonlinear() -> Component:
-    """Make the gyro unit with Table 1's numbers and the full gimbal geometry."""
+    """Make the gyro unit with Table 1's numbers and the full gimbal geometry.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:nonlinear`.
+    """
     return _variant("nonlinear", "Single-gimbal gyroscopic damper with large gimbal angles", SMALL)
 
 
 def nonlinear_full() -> Component:
-    """Make the same with Table 2's numbers: the gyro unit of the full vehicle."""
+    """Make the same with Table 2's numbers: the gyro unit of the full vehicle.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:nonlinear_full`.
+    """
     return _variant("nonlinear_full", "Full-scale single-gimbal gyroscopic damper with large gimbal angles", FULL)
 
 
 def consistent() -> Component:
-    """Make `nonlinear` with the smallest gimbal inertia a rigid rotor of Table 1's I_xg can have: a thin disc, I_xg / 2."""
+    """Make `nonlinear` with the smallest gimbal inertia a rigid rotor of Table 1's I_xg can have: a thin disc, I_xg / 2.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:consistent`.
+    """
     disc = next(v.start for v in SMALL if v.name == "rotor_inertia") / 2
     table = tuple(
         replace(v, start=disc, source="thin disc: I_xg / 2; Table 1's 1.3e-4 is impossible for a rigid body",

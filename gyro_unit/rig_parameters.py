@@ -24,7 +24,22 @@ def _limit(name: str, start: float, unit: str, meaning: str, max: float | None =
 def sensor(
     way: str, unit: str, *, bandwidth: float, bias: float, noise: float, quantisation: float, period: float, delay: float
 ) -> tuple[Variable, ...]:
-    """The rows of one way, "rate" (towards the gyro unit) or "moment" (back)."""
+    """Make the parameters of the sensor and the transport of one way.
+
+    Parameters
+    ----------
+    way : str
+        "rate" (towards the gyro unit) or "moment" (back).
+    unit : str
+        Of what is measured.
+    bandwidth, bias, noise, quantisation, period, delay : float
+        Hz; bias, standard deviation of the noise and step of the numbers in `unit`; sampling period and delay in s. 0: off.
+
+    Returns
+    -------
+    tuple of Variable
+        Rows for the table of a rig.
+    """
     return (
         _limit(f"{way}_bandwidth", bandwidth, "Hz", f"bandwidth of the {way} sensor, first order", MAX_BANDWIDTH),
         parameter(f"{way}_bias", bias, unit, f"bias of the {way} sensor, about every axis", source=_ASSUMED,

@@ -63,12 +63,24 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def twin() -> Component:
-    """Make the pair of half rotors with Table 1's numbers together."""
+    """Make the pair of half rotors with Table 1's numbers together.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:twin`.
+    """
     return _variant("twin", "Two counter-rotating rotors in geared gimbals", SMALL)
 
 
 def twin_full() -> Component:
-    """Make the pair of half rotors with Table 2's numbers together."""
+    """Make the pair of half rotors with Table 2's numbers together.
+
+    Returns
+    -------
+    Component
+        The component `gyro_unit:twin_full`.
+    """
     return _variant("twin_full", "Full-scale pair of counter-rotating rotors in geared gimbals", FULL)
 
 

@@ -22,6 +22,8 @@ import casadi as ca
 
 from .rotation import about_x, about_y, about_z, column
 
+__all__ = ["CAPACITY", "COLUMNS", "Alignment", "TrackPoint"]
+
 NODES = ((0.5 - 0.15**0.5, 5 / 18), (0.5, 8 / 18), (0.5 + 0.15**0.5, 5 / 18))  # of Gauss-Legendre on 0..1, with weights
 CAPACITY = 4  # free knots beside the four of the standard curve, unless a vehicle is built with more
 COLUMNS = ("position", "curvature_slope", "cant_slope", "gradient_slope")
@@ -29,7 +31,19 @@ COLUMNS = ("position", "curvature_slope", "cant_slope", "gradient_slope")
 
 @dataclass(frozen=True)
 class TrackPoint:
-    """The track frame at one s: curvature (1/m), heading, cant and gradient angle (rad), their slopes (rad/m)."""
+    """The track frame at one s, as expressions.
+
+    Attributes
+    ----------
+    curvature : casadi.SX
+        1/m, positive to the left.
+    heading, cant, gradient : casadi.SX
+        Angles (rad).
+    cant_slope, gradient_slope : casadi.SX
+        Their changes along the track (rad/m).
+    heading_integral, gradient_integral : casadi.SX
+        Integrals over s (rad m).
+    """
 
     curvature: Any
     heading: Any
@@ -53,7 +67,17 @@ class TrackPoint:
 
 @dataclass(frozen=True)
 class Alignment:
-    """Symbols of the knots: position s_j (m) and the changes of slope of curvature, cant and gradient there."""
+    """The knots of a centre line, as symbols or numbers.
+
+    Attributes
+    ----------
+    position : tuple
+        s_j (m).
+    curvature_slope : tuple
+        Changes of the curvature's slope there, a_j (1/m^2).
+    cant_slope, gradient_slope : tuple
+        Changes of the slopes of cant and gradient angle there, c_j and g_j (rad/m).
+    """
 
     position: tuple[Any, ...]
     curvature_slope: tuple[Any, ...]

@@ -18,6 +18,8 @@ import casadi as ca
 
 from .rotation import column
 
+__all__ = ["accelerations", "bogie_inertia", "common_inertia", "masses", "rotational_energy"]
+
 
 def masses(s: Mapping[str, ca.SX]) -> tuple[Any, Any]:
     """(mass, height of the common centre over the rails) of body and bogies."""

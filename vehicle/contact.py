@@ -18,7 +18,17 @@ __all__ = ["CreepForces", "HertzPatch", "creep_forces", "hertz_patch"]
 
 
 class HertzPatch(NamedTuple):
-    """Semi-axes `a` (along the rolling direction) and `b` (m), approach of the bodies (m), largest pressure (Pa)."""
+    """An elliptic contact.
+
+    Attributes
+    ----------
+    a, b : float
+        Semi-axes along and across the rolling direction (m).
+    approach : float
+        Approach of the bodies (m).
+    peak_pressure : float
+        Largest pressure (Pa).
+    """
 
     a: float
     b: float
@@ -27,7 +37,15 @@ class HertzPatch(NamedTuple):
 
 
 class CreepForces(NamedTuple):
-    """Forces along and across the rolling direction (N) and spin moment (N m) on the wheel."""
+    """What a contact patch does to the wheel.
+
+    Attributes
+    ----------
+    Fx, Fy : float or casadi.SX
+        Forces along and across the rolling direction (N).
+    Mz : float or casadi.SX
+        Spin moment about the normal (N m).
+    """
 
     Fx: Any
     Fy: Any

@@ -16,12 +16,20 @@ from typing import Any
 
 import casadi as ca
 
+__all__ = ["CHANNELS", "PARTS", "Unevenness", "unevenness"]
+
 CHANNELS = ("lateral", "vertical", "cross_level", "gauge")
 
 
 @dataclass(frozen=True)
 class Unevenness:
-    """Displacement (m) and slope of the rails at one s, by channel."""
+    """Irregularity of the rails at one s, as expressions.
+
+    Attributes
+    ----------
+    displacement, slope : dict
+        By channel: m, and m per m.
+    """
 
     displacement: dict[str, Any]
     slope: dict[str, Any]
@@ -38,7 +46,22 @@ class Unevenness:
 
 
 def unevenness(s: Any, symbols: Mapping[str, ca.SX], harmonics: int) -> Unevenness:
-    """The irregularity at `s` (m) from a component's symbols, with `harmonics` (N) harmonics per channel."""
+    """Set up the irregularity at a place.
+
+    Parameters
+    ----------
+    s : casadi.SX
+        Where (m).
+    symbols : mapping of str to casadi.SX
+        A component's symbols by name.
+    harmonics : int
+        N, harmonics in each channel.
+
+    Returns
+    -------
+    Unevenness
+        Displacement and slope.
+    """
     k = 2 * pi / symbols["stretch_wavelength"]
     run = s - symbols["stretch_start"]
     inside = ca.logic_and(run >= 0, run <= symbols["stretch_cycles"] * symbols["stretch_wavelength"])

@@ -61,7 +61,13 @@ LONG: tuple[tuple[Row, ...], ...] = (
 
 
 class Coefficients(NamedTuple):
-    """C11, C22, C23, C33: pure numbers or symbols."""
+    """Kalker's coefficients of a patch.
+
+    Attributes
+    ----------
+    C11, C22, C23, C33 : float or casadi.SX
+        Longitudinal, lateral, lateral by spin, and spin (1).
+    """
 
     C11: Any
     C22: Any

@@ -11,6 +11,8 @@ from gyro_cosim.component import Variable, parameter
 from .contact import hertz_patch
 from .kalker import RATIO, coefficients
 
+__all__ = ["DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "WHEEL", "lrt_parameters", "rail_and_contact"]
+
 TABLE = "Table 2"
 OPEN = "not in the paper"
 YOUNG, POISSON = 2.1e11, 0.28

@@ -7,6 +7,8 @@ from gyro_cosim.component import Variable, input_, output, state
 
 from .wheel_report import REPORT
 
+__all__ = ["ENDS", "MOTION", "PLACE", "WHEELS", "body_rows", "lrt_signals"]
+
 ENDS = ("front", "rear")
 WHEELS = tuple(f"{end}_{side}" for end in ENDS for side in ("left", "right"))
 

@@ -13,6 +13,8 @@ from typing import Any
 
 import casadi as ca
 
+__all__ = ["about_x", "about_y", "about_z", "angle_rates", "attitude", "column", "cross", "dot"]
+
 
 def about_x(angle: Any) -> ca.SX:
     """Rotation about x, shape (3, 3): maps components in the turned axes to components in the original ones."""

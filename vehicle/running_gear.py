@@ -21,6 +21,8 @@ from .wheel_frame import SIDES, FrameState, Rolling
 from .wheel_rail import SLOWEST
 from .wheel_report import report
 
+__all__ = ["Carried", "Design", "End", "body_state", "end_of", "frame_mass", "place_rows", "rate_rows"]
+
 
 @dataclass(frozen=True)
 class Design:

@@ -20,11 +20,24 @@ import casadi as ca
 from .rotation import about_z, column, cross
 from .wheel_frame import FrameState
 
+__all__ = ["Support", "support"]
+
 
 @dataclass(frozen=True)
 class Support:
-    """Force in the wheel frame's track axes and moment about its centre in its axes; force and moment about the body's
-    centre in body axes; moment about the pivot (N, N m); energy stored in the springs (J) and heat of the dampers (W)."""
+    """What the suspension of one end does.
+
+    Attributes
+    ----------
+    frame_force, frame_moment : casadi.SX, shape (3, 1)
+        On the wheel frame: N in its track axes, N m about its centre in its axes.
+    body_force, body_moment : casadi.SX, shape (3, 1)
+        On the body: N, and N m about its centre, in body axes.
+    pivot_moment : casadi.SX
+        On the bogie about its pivot (N m).
+    energy, heat : casadi.SX
+        Energy stored in the springs (J), heat of the dampers (W).
+    """
 
     frame_force: ca.SX
     frame_moment: ca.SX
@@ -39,11 +52,25 @@ def support(
     body: FrameState, frame: FrameState, offset: ca.SX, turned: ca.SX, pivot_x: Any, pivot_angle: Any, bogie_rate: Any,
     heights: tuple[Any, Any], s: Mapping[str, ca.SX],
 ) -> Support:  # fmt: skip
-    """What the suspension of one end does.
+    """Set up the suspension of one end.
 
-    offset, turned : the frame's track frame seen in the body's (vehicle.alignment.Alignment.between).
-    bogie_rate : absolute rate of the bogie about the pivot's axis, rad/s.
-    heights : of the body's centre and of the axle over the rails at rest, m.
+    Parameters
+    ----------
+    body, frame : FrameState
+        Car body and wheel frame, each in its own track frame.
+    offset, turned : casadi.SX, shapes (3, 1) and (3, 3)
+        The frame's track frame seen in the body's (`Alignment.between`).
+    pivot_x, pivot_angle, bogie_rate : casadi.SX
+        Where the pivot is (m), the bogie's angle (rad) and its absolute rate about the pivot's axis (rad/s).
+    heights : tuple of two casadi.SX
+        Of the body's centre and of the axle over the rails at rest (m).
+    s : mapping of str to casadi.SX
+        A component's symbols by name.
+
+    Returns
+    -------
+    Support
+        Forces, moments, energy and heat.
     """
     h_body, h_axle = heights
     h_s = s["spring_height"]

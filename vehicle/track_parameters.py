@@ -9,6 +9,8 @@ from gyro_cosim.component import Variable, parameter
 from .alignment import COLUMNS
 from .irregularity import CHANNELS, PARTS
 
+__all__ = ["CURVE", "track_parameters"]
+
 SOURCE = "track data"
 OPEN = "not in the paper"
 

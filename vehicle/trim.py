@@ -20,13 +20,27 @@ import casadi as ca
 from .creep_laws import LAWS
 from .wheel_rail import hertz_stiffness, tread_press
 
+__all__ = ["Trim", "trim"]
+
 STEPS = 4
 MATRIX_FROM = {"fastsim": "polach"}
 
 
 @dataclass(frozen=True)
 class Trim:
-    """Height of the axle (m), longitudinal creepage and drag (N) of one wheel, its spin per forward speed (1/m)."""
+    """The rest state of one wheel.
+
+    Attributes
+    ----------
+    axle_height : casadi.SX
+        Over the rail (m).
+    creepage : casadi.SX
+        Longitudinal (1).
+    drag : casadi.SX
+        N.
+    spin_per_speed : casadi.SX
+        Spin over forward speed (rad/m).
+    """
 
     axle_height: Any
     creepage: Any
@@ -35,7 +49,24 @@ class Trim:
 
 
 def trim(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
-    """The rest state for the load `wheel_load` (N) and the symbols of the contact."""
+    """Set up the rest state.
+
+    Parameters
+    ----------
+    s : mapping of str to casadi.SX
+        A component's symbols by name.
+    wheel_load : casadi.SX
+        P, static load of the wheel (N).
+    law : str
+        Creep law, a key of `vehicle.creep_laws.LAWS`.
+    grid : int
+        FASTSIM's strips and cells.
+
+    Returns
+    -------
+    Trim
+        The state as a formula in the parameters.
+    """
     slope = s["conicity"]
     cosine = 1 / ca.sqrt(1 + slope * slope)
     sine = slope * cosine

@@ -15,28 +15,58 @@ CONVENTIONAL = {
 
 
 def lrt_set_b() -> Component:
-    """Make the vehicle with parameter set B: wheels almost without spin inertia."""
+    """Make the vehicle with parameter set B: wheels almost without spin inertia.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_set_b`.
+    """
     return vehicle("lrt_set_b", "Light-rail vehicle, parameter set B", Design(), parameter_set("B").vehicle, INTERNAL_STEP)
 
 
 def lrt_shen_hedrick_elkins() -> Component:
-    """Make the vehicle with the law of Shen, Hedrick and Elkins on the treads."""
+    """Make the vehicle with the law of Shen, Hedrick and Elkins on the treads.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_shen_hedrick_elkins`.
+    """
     what = "Light-rail vehicle, creep forces by Shen, Hedrick and Elkins"
     return vehicle("lrt_shen_hedrick_elkins", what, Design(law="shen-hedrick-elkins"), {}, INTERNAL_STEP)
 
 
 def lrt_fastsim() -> Component:
-    """Make the vehicle with FASTSIM, 7 strips of 7 cells, on the treads."""
+    """Make the vehicle with FASTSIM, 7 strips of 7 cells, on the treads.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_fastsim`.
+    """
     return vehicle("lrt_fastsim", "Light-rail vehicle, creep forces by FASTSIM", Design(law="fastsim"), {}, INTERNAL_STEP)
 
 
 def lrt_rough() -> Component:
-    """Make the vehicle on track with room for random or tabulated irregularity: 48 harmonics in each of four channels."""
+    """Make the vehicle on track with room for random or tabulated irregularity: 48 harmonics in each of four channels.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_rough`.
+    """
     what = "Light-rail vehicle on track with random or tabulated irregularity"
     return vehicle("lrt_rough", what, Design(harmonics=48), {}, INTERNAL_STEP)
 
 
 def lrt_solid_axle() -> Component:
-    """Make the vehicle with conventional solid-axle wheelsets in place of the wheel pairs: 22 degrees of freedom."""
+    """Make the vehicle with conventional solid-axle wheelsets in place of the wheel pairs: 22 degrees of freedom.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_solid_axle`.
+    """
     design = Design(solid_axles=True, flange_side=-1)
     return vehicle("lrt_solid_axle", "Light-rail vehicle with conventional wheelsets", design, CONVENTIONAL, INTERNAL_STEP)

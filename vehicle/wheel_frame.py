@@ -24,12 +24,28 @@ from .irregularity import Unevenness
 from .rotation import angle_rates, attitude, column, cross, dot
 from .wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
 
+__all__ = ["SIDES", "FrameState", "Rolling", "accelerations", "longest_step", "place_rates", "rail_line", "rolling"]
+
 SIDES = {"left": 1, "right": -1}
 
 
 @dataclass(frozen=True)
 class FrameState:
-    """Place and motion of the frame: s, y, z above the rails, yaw, roll, pitch; v (track axes), omega (own axes), W_L, W_R."""
+    """Place and motion of a body that follows the track.
+
+    Attributes
+    ----------
+    s, y, z : casadi.SX
+        Along the centre line, to the left of it, above the rails (m).
+    psi, phi, theta : casadi.SX
+        Yaw, roll, pitch against the track (rad).
+    v : casadi.SX, shape (3, 1)
+        Velocity in track axes (m/s).
+    omega : casadi.SX, shape (3, 1)
+        Absolute angular velocity in the body's axes (rad/s).
+    W : tuple of two casadi.SX
+        Absolute spins of left and right wheel (rad/s).
+    """
 
     s: Any
     y: Any
@@ -71,7 +87,19 @@ def rail_line(turn: ca.SX, rough: Unevenness, side: int, y: Any, z: Any, x: Any)
 
 @dataclass(frozen=True)
 class Rolling:
-    """Sum of the contact forces in track axes, their moment about the frame's centre in its axes, and each wheel's touches."""
+    """What the rails do to a wheel frame.
+
+    Attributes
+    ----------
+    force : casadi.SX, shape (3, 1)
+        Sum of the contact forces in track axes (N).
+    moment : casadi.SX, shape (3, 1)
+        Their moment about the frame's centre in its axes (N m).
+    axle_moments : tuple of two casadi.SX
+        Moment about the axle of left and right wheel (N m).
+    touches : dict of str to (Touch, Touch)
+        Tread and flange contact of "left" and "right" wheel.
+    """
 
     force: ca.SX
     moment: ca.SX
@@ -82,7 +110,30 @@ class Rolling:
 def rolling(
     at: FrameState, turn: ca.SX, rough: Unevenness, s: Mapping[str, ca.SX], law: str, flange_side: int, grid: int
 ) -> Rolling:
-    """Contact forces on both wheels; `flange_side` is 1 where the flanges lie outside the rails, -1 inside."""
+    """Set up the contact forces on both wheels.
+
+    Parameters
+    ----------
+    at : FrameState
+        Place and motion of the frame.
+    turn : casadi.SX, shape (3, 1)
+        Omega, turn of the track frame (rad/m).
+    rough : Unevenness
+        Irregularity under the axle.
+    s : mapping of str to casadi.SX
+        A component's symbols by name.
+    law : str
+        Creep law of the treads.
+    flange_side : int
+        1: flanges outside the rails, -1: inside.
+    grid : int
+        FASTSIM's strips and cells.
+
+    Returns
+    -------
+    Rolling
+        Forces and moments.
+    """
     R, b = at.attitude(), s["contact_half_distance"]
     e_y = column(-ca.sin(at.psi) * ca.cos(at.phi), ca.cos(at.psi) * ca.cos(at.phi), ca.sin(at.phi))
     origin = column(0, at.y, at.z)
@@ -110,7 +161,21 @@ def accelerations(
     at: FrameState, turn: ca.SX, s_dot: Any, m: Any, J: tuple[Any, Any, Any], I_y: Any, force: ca.SX, moment: ca.SX,
     axle_moments: tuple[Any, Any], solid: bool,
 ) -> tuple[ca.SX, ca.SX, tuple[Any, Any]]:  # fmt: skip
-    """(v', omega', (W_L', W_R')) from (2)-(4); `force` in track axes, `moment` about the centre in the frame's axes."""
+    """Solve (2) to (4) for (v', omega', (W_L', W_R')).
+
+    Parameters
+    ----------
+    at, turn
+        As in `rolling`; s_dot is the rate of s (m/s).
+    m, J, I_y
+        Mass (kg), inertias about x, y, z without the wheels' spin, spin inertia of a wheel (kg m^2).
+    force, moment : casadi.SX, shape (3, 1)
+        N in track axes; N m about the centre in the frame's axes.
+    axle_moments : tuple of two casadi.SX
+        Of left and right wheel (N m).
+    solid : bool
+        Whether both wheels turn together.
+    """
     v_dot = force / m - cross(s_dot * turn, at.v)
     tau = axle_moments[0] + axle_moments[1]
     h = I_y * (at.W[0] + at.W[1])
@@ -131,9 +196,16 @@ def longest_step(s: Mapping[str, ca.SX], wheel_load: Any, m: Any, J: tuple[Any, 
     """Longest explicit Runge-Kutta step (s): creep damps the slip of a light wheel ever faster at low speed.
 
     Slip along the rail decays with f11 / v (r0^2 / I_y + the frame's share, at most 2 b^2 / J_z or 2 / m), slip across it with
-    2 f22 / v (1 / m + r0^2 / J_x), by the linear theory at the static load. The classical method bears 2.78 over that rate;
-    a seventh is kept for wheels that carry more than their share and for flanges. benchmarks/vehicle_step.py shows that 0.5 ms
-    are then good to some nanometres at 5 m/s, flange contact with 16 kN included, where they are 85 % of the limit.
+    2 f22 / v (1 / m + r0^2 / J_x), by the linear theory at the static load. The classical method is stable up to 2.78 over that
+    rate; a seventh is kept for wheels that carry more than their share and for flanges. benchmarks/vehicle_step.py shows that
+    0.5 ms are then good to some nanometres at 5 m/s, flange contact with 16 kN included, where they are 85 % of the limit.
+
+    Parameters
+    ----------
+    s : mapping of str to casadi.SX
+        A component's symbols by name.
+    wheel_load, m, J, speed : casadi.SX
+        Static load (N), mass (kg), inertias (kg m^2) and forward speed (m/s) of the frame.
     """
     K, radius = hertz_stiffness(s)
     area = radius * (wheel_load / K) ** (2 / 3)

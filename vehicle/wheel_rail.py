@@ -34,6 +34,21 @@ from .creep_laws import LAWS, Patch, polach
 from .kalker import Coefficients
 from .rotation import cross, dot
 
+__all__ = [
+    "SLOWEST",
+    "Profile",
+    "Touch",
+    "Wheel",
+    "flange_press",
+    "flange_profile",
+    "hertz_stiffness",
+    "shear_modulus",
+    "touch",
+    "tread_press",
+    "tread_profile",
+    "wheel_on_rail",
+]
+
 BLEND = 20e-6  # m, p_s
 LEAST_DEPTH = 1e-9  # m, keeps the patch of a lifted wheel from vanishing
 SLOWEST = 0.05  # m/s, creepages at lower speed are taken over this one
@@ -43,8 +58,21 @@ Profile = Callable[[Any], tuple[Any, Any, Any]]  # d -> R, R', R''
 
 @dataclass(frozen=True)
 class Wheel:
-    """Where a wheel is and how it moves, in track axes: `centre` and `axle` (towards the flange), wheel frame's `origin`,
-    its velocity and the wheel's angular velocity (rad/s), the speed the creepages refer to (m/s)."""
+    """Where a wheel is and how it moves, in track axes.
+
+    Attributes
+    ----------
+    centre : casadi.SX, shape (3, 1)
+        Middle of its reference plane (m).
+    axle : casadi.SX, shape (3, 1)
+        Unit vector along the axle towards the flange.
+    origin, velocity : casadi.SX, shape (3, 1)
+        Place (m) and velocity (m/s) of the wheel frame's centre.
+    rotation : casadi.SX, shape (3, 1)
+        The wheel's absolute angular velocity (rad/s).
+    speed : casadi.SX
+        What the creepages refer to (m/s).
+    """
 
     centre: ca.SX
     axle: ca.SX

@@ -7,6 +7,8 @@ import casadi as ca
 
 from .wheel_rail import Touch, flange_profile
 
+__all__ = ["REPORT", "report"]
+
 REPORT = (
     ("vertical_force", "N", "vertical force of the wheel on the rail", "Q", 1e4),
     ("lateral_force", "N", "lateral force on the rail, positive as the flange presses", "Y", 1e4),
