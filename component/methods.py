@@ -96,10 +96,10 @@ def radau_3(problem: Problem) -> ca.Function:
     x, q = ca.MX.sym("x", n), ca.MX.sym("q", q.numel())
     f0 = f(x, 0, q)
     size = 1e-30 + ca.norm_inf(f0) + ca.norm_inf(f(x, 1, q))
-    given = ca.vertcat(x, q, size)
-    k = newton(x0=ca.vertcat(f0, f0) / size, p=given)["x"]
+    known = ca.vertcat(x, q, size)
+    k = newton(x0=ca.vertcat(f0, f0) / size, p=known)["x"]
     end = x + size * (3 * k[:n] + k[n:]) / 4
-    converged = remainder(k, given) <= RESIDUAL
+    converged = remainder(k, known) <= RESIDUAL
     return ca.Function("step", [x, q], [ca.if_else(converged, end, ca.DM.nan(n))])
 
 

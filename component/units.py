@@ -118,8 +118,8 @@ def unit(name: str) -> Unit:
     over, *under = name.split("/")
     if len(under) > 1:
         raise ValueError(f"unit must have at most one '/', got {name!r}")
-    for sign, part in ((1, over), *((-1, part) for part in under)):
-        for text in part.split("."):
+    for sign, product in ((1, over), *((-1, product) for product in under)):
+        for text in product.split("."):
             match = _FACTOR.fullmatch(text)
             if match is None or match[1] not in _ATOMS or _ATOMS[match[1]][1] != 0.0:
                 raise ValueError(f"unknown unit {text!r}" + (f" in {name!r}" if text != name else ""))

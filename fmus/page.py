@@ -34,7 +34,7 @@ def html(table: Table, identifier: str, *, sources: bool) -> bytes:
     """
     c = table.component
     order = METHODS[c.method].order
-    parts = [
+    blocks = [
         f"<h1>{escape(c.name)}, {escape(c.variant)}</h1>",
         f"<p>{escape(c.description)}. All numbers are SI.</p>",
         "<h2>Equations</h2>",
@@ -43,15 +43,15 @@ def html(table: Table, identifier: str, *, sources: bool) -> bytes:
     sections = (("Inputs", c.inputs), ("Outputs", c.outputs), ("States", c.states), ("Parameters", table.parameters))
     for title, rows in sections:
         if rows:
-            parts += [f"<h2>{title}</h2>", _table(rows, start=title != "Outputs")]
+            blocks += [f"<h2>{title}</h2>", _table(rows, start=title != "Outputs")]
     if c.bonds:
-        parts.append("<h2>Connectors</h2><ul>")
-        parts += [
+        blocks.append("<h2>Connectors</h2><ul>")
+        blocks += [
             f"<li>{escape(b.connector)}, {escape(b.axis)}: {escape(b.motion)} times {escape(b.effort)} is a power</li>"
             for b in c.bonds
         ]
-        parts.append("</ul>")
-    parts += [
+        blocks.append("</ul>")
+    blocks += [
         "<h2>Time integration</h2>",
         f"<p>Method {escape(c.method)}, order {order}. A communication step is divided evenly into internal steps no longer "
         f"than the parameter internal_step (start {c.internal_step:g} s). With the parameter tolerance above 0 each internal "
@@ -59,22 +59,22 @@ def html(table: Table, identifier: str, *, sources: bool) -> bytes:
         "relative to nominal value and size of each state.</p>",
     ]
     if c.sample_period is not None:
-        parts.append(f"<p>The sampled part runs at every multiple of {c.sample_period:g} s, with the inputs of that moment.</p>")
-    parts += [
+        blocks.append(f"<p>The sampled part runs at every multiple of {c.sample_period:g} s, with the inputs of that moment.</p>")
+    blocks += [
         "<h2>Reference results</h2>",
         f'<p><a href="reference/{identifier}_in.csv">Inputs</a>, held over communication steps of {STEP:g} s, and the '
         f'<a href="reference/{identifier}_ref.csv">outputs</a> after each step.</p>',
     ]
     if sources:
-        parts += [
+        blocks += [
             "<h2>Building it again</h2>",
             "<p>In the folder sources, which holds FMI's headers too: "
             f"<code>cc -O3 -std=c99 -ffp-contract=off -shared -fPIC -fvisibility=hidden "
             f"-o {identifier}.so fmu.c *_derivatives.c -lm</code>. "
             "sources/buildDescription.xml says the same to tools.</p>",
         ]
-    parts.append('<p>Licences: <a href="licenses/license.txt">license.txt</a>.</p>')
-    body = "\n".join(parts)
+    blocks.append('<p>Licences: <a href="licenses/license.txt">license.txt</a>.</p>')
+    body = "\n".join(blocks)
     head = f'<meta charset="utf-8"><title>{escape(c.name)} {escape(c.variant)}</title><style>{STYLE}</style>'
     return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'.encode()
 
