@@ -20,11 +20,21 @@ STAGNANT = 1.5  # half the step should halve the error at least: where it falls 
 
 @dataclass(frozen=True)
 class Ladder:
-    """Errors of one algorithm at falling macro steps (s).
+    """Errors of one algorithm at falling macro steps.
 
-    errors : for each step the largest over outputs of max |y - y_ref| / max |y_ref|, on the grid of the coarsest step;
-    infinite where a run did not reach its end.
-    used : which of them the fit of `observed_order` rests on; NaN where fewer than two do.
+    Parameters
+    ----------
+    algorithm
+        With its degree of extrapolation.
+    steps
+        The macro steps, s.
+    errors
+        For each step the largest over outputs of max |y - y_ref| / max |y_ref|, on the grid of the coarsest step; infinite
+        where a run did not reach its end.
+    used
+        Which of the errors the fit of `observed_order` uses.
+    observed_order
+        Of accuracy; NaN where the fit has fewer than two errors to use.
     """
 
     algorithm: Algorithm
@@ -36,7 +46,19 @@ class Ladder:
 
 @dataclass(frozen=True)
 class Convergence:
-    """Ladders of several algorithms against one reference."""
+    """Ladders of several algorithms against one reference.
+
+    Parameters
+    ----------
+    system
+        What was run.
+    stop
+        The end of the runs, s.
+    reference
+        How the reference was computed.
+    ladders
+        One for each algorithm.
+    """
 
     system: System
     stop: float
@@ -54,9 +76,33 @@ def converge(
     in_process: bool = False,
     progress: Progress | None = None,
 ) -> Convergence:
-    """Run `system` from its start to `stop` (s) with each algorithm at macro steps step, step / 2, ... (`rungs` of them; s).
+    """Run a system with each algorithm at ever smaller macro steps, and compare with the same system without coupling.
 
-    ValueError where that length is no multiple of `step`, or a component has no equations to make the reference from.
+    Parameters
+    ----------
+    system
+        Of catalogue components, from whose equations the reference is made.
+    algorithms
+        Each runs at all steps.
+    step
+        The coarsest macro step, s; the others are step / 2, step / 4, ...
+    rungs
+        How many steps there are, at least 2.
+    stop
+        The end of the runs, s.
+    in_process
+        Whether components run in this process, not as FMUs.
+    progress
+        Called with the work done and the work in all.
+
+    Returns
+    -------
+    Convergence
+
+    Raises
+    ------
+    ValueError
+        Where the length of a run is no multiple of `step`, or a component has no equations.
     """
     n = macro_steps(step, stop, system.start)
     length = stop - system.start
@@ -86,7 +132,15 @@ def converge(
 def own_error(ladders: Sequence[Sequence[float]]) -> float:
     """The error that the components make by themselves, which no smaller macro step takes away; 0 where none shows.
 
-    It is the same for all algorithms: the smallest error at which one of them comes to a stand at its finest steps.
+    Parameters
+    ----------
+    ladders
+        For each algorithm its errors from the coarsest to the finest step.
+
+    Returns
+    -------
+    error
+        The same for all algorithms: the smallest error at which one of them stagnates at its finest steps.
     """
     last = [(e[-2], e[-1]) for e in ladders if e[-1] < ASYMPTOTIC[1]]
     return min((fine for coarse, fine in last if fine > coarse / STAGNANT), default=0.0)
@@ -106,7 +160,21 @@ def _error(network: Network, algorithm: Algorithm, h: float, stop: float, every:
 
 
 def ladder(algorithm: Algorithm, steps: Sequence[float], errors: Sequence[float], of_components: float) -> Ladder:
-    """The observed order from the errors at the steps (s) that neither rounding nor the components' own error spoils."""
+    """The ladder of one algorithm: its order from the errors that neither rounding nor the components' own error spoils.
+
+    Parameters
+    ----------
+    algorithm
+        Of the ladder.
+    steps, errors
+        Macro steps, s, and the relative error at each.
+    of_components
+        The error that the components make by themselves, see `own_error`.
+
+    Returns
+    -------
+    Ladder
+    """
     least = max(ASYMPTOTIC[0], 2 * of_components)
     used = tuple(least < e < ASYMPTOTIC[1] for e in errors)
     order = float("nan")

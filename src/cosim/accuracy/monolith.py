@@ -13,6 +13,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from gyro_cosim.component import Component
 from gyro_cosim.component.calling import bound
 
 from ..network import Network
@@ -21,27 +22,66 @@ from ..systems import System, catalogue
 from ..trajectory import Trajectory
 
 
+def with_equations(system: System) -> list[Component]:
+    """The components of a system, all of which must have their equations here.
+
+    Parameters
+    ----------
+    system
+        Of catalogue components.
+
+    Returns
+    -------
+    components
+        In the order of the system's.
+
+    Raises
+    ------
+    ValueError
+        Where a component is an FMU, or has a sampled part, which no equation describes.
+    """
+    for part in system.components:
+        if part.source.endswith(".fmu"):
+            raise ValueError(f"component {part.name!r} must be a component of the catalogue, got {part.source!r}")
+    components: list[Component] = [catalogue.component(part.source) for part in system.components]
+    for part, component in zip(system.components, components, strict=True):
+        if component.sample is not None:
+            raise ValueError(f"component {part.name!r} must have no sampled part, {component.spec} has one")
+    return components
+
+
 class Monolith:
     """A system of catalogue components as one.
 
-    states, x0 : names as `component.state` and start values, shape (n_x,).
-    free, q0 : names as `component.parameter` of the free parameters and the system's values of them, shape (n_q,).
-    f, g : CasADi functions of (x, q).
+    Parameters
+    ----------
+    system
+        Its components have equations here and nothing sampled.
+    free
+        The parameters q, as `component.parameter`.
+
+    Attributes
+    ----------
+    states, x0
+        Names as `component.state`, and start values, shape (n_x,).
+    free, q0
+        The names of the free parameters, and the system's values of them, shape (n_q,).
+    f, g
+        CasADi functions of (x, q): the rates, shape (n_x,), and the outputs of all components, shape (n_y,).
+
+    Raises
+    ------
+    ValueError
+        Where a component is an FMU or has a sampled part, or a free parameter is no parameter of the system.
     """
 
     def __init__(self, system: System, free: Sequence[str] = ()) -> None:
         self.free = tuple(free)
         q = ca.SX.sym("q", len(self.free))
         q0 = np.full(len(self.free), np.nan)
-        for part in system.components:
-            if part.source.endswith(".fmu"):
-                raise ValueError(f"component {part.name!r} must be a component of the catalogue, got {part.source!r}")
-        components = [catalogue.component(part.source) for part in system.components]
+        components = with_equations(system)
         slaves = [ComponentSlave(part.name, c) for part, c in zip(system.components, components, strict=True)]
         network = Network(system, slaves)
-        for part, component in zip(system.components, components, strict=True):
-            if component.sample is not None:
-                raise ValueError(f"component {part.name!r} must have no sampled part, {component.spec} has one")
         self.names, self.units = network.names, network.units
         self.states: tuple[str, ...] = ()
         x_parts, p_parts, start = [], [], []
@@ -88,11 +128,40 @@ class Monolith:
         return not any(ca.which_depends(self.f(x, self.q0), x, 2, True))
 
     def matrix(self, q: np.ndarray | None = None, x: np.ndarray | None = None) -> np.ndarray:
-        """df/dx, shape (n_x, n_x), at q (the system's values where None) and x (the origin where None)."""
+        """df/dx at a point.
+
+        Parameters
+        ----------
+        q
+            The free parameters, shape (n_q,); the system's values where None.
+        x
+            The states, shape (n_x,); the origin where None.
+
+        Returns
+        -------
+        A
+            Shape (n_x, n_x).
+        """
         return np.array(self.jacobian(np.zeros_like(self.x0) if x is None else x, self.q0 if q is None else q))
 
     def solve(self, t: np.ndarray) -> Trajectory:
-        """The reference at times t (s), increasing from 0; exact to rounding where the system is linear."""
+        """The reference, exact to rounding where the system is linear.
+
+        Parameters
+        ----------
+        t
+            Times, s, increasing from 0, shape (n,).
+
+        Returns
+        -------
+        Trajectory
+            Of all outputs.
+
+        Raises
+        ------
+        RuntimeError
+            Where the integration does not reach the end.
+        """
         x = self._exponential(t) if self.is_linear else self._integrated(t)
         values = np.array(self.g(x.T, self.q0)).T
         return Trajectory(t, self.names, self.units, values)

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from ..accuracy.monolith import with_equations
 from ..network import Network
 from ..network.linearised import exact_step
 from ..slaves.in_process import ComponentSlave
-from ..systems import System, catalogue
+from ..systems import System
 from .compensation import Taps
 
 
@@ -99,13 +100,7 @@ class SampledModel:
 
 def linearise(system: System, component: str) -> SampledModel:
     """The model of a system of catalogue components; ValueError where one has no equations here or a sampled part."""
-    for part in system.components:
-        if part.source.endswith(".fmu"):
-            raise ValueError(f"component {part.name!r} must be a component of the catalogue, got {part.source!r}")
-    components = [catalogue.component(part.source) for part in system.components]
-    for part, c in zip(system.components, components, strict=True):
-        if c.sample is not None:
-            raise ValueError(f"component {part.name!r} must have no sampled part, {c.spec} has one")
+    components = with_equations(system)
     network = Network(system, [ComponentSlave(p.name, c) for p, c in zip(system.components, components, strict=True)])
     Y = network.initialize(0.0, 1.0)
     n, m = sum(len(c.states) for c in components), sum(len(c.inputs) for c in components)
