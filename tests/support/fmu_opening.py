@@ -8,12 +8,15 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmu_models import COMPONENTS
 
 from gyro_cosim import fmus
 from gyro_cosim.component import Component
+
+DISCARD, ERROR = 2, 3  # what functions of FMI return
 
 
 class Open:
@@ -69,6 +72,13 @@ class Open:
 
     def close(self) -> None:
         self.fmu.freeInstance()
+
+
+def refused(status: int, call: Callable, *arguments: object, **options: object) -> None:
+    """Call a function of an FMU that must return `status`, which FMPy raises."""
+    with pytest.raises(FMICallException) as caught:
+        call(*arguments, **options)
+    assert caught.value.status == status
 
 
 @contextmanager
