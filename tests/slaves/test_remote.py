@@ -232,11 +232,11 @@ def misnumber(link: Link) -> None:
     [
         (
             lambda link: link.stream.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n"),
-            "sent nonsense: b'HTTP/1.1 400 Bad Req' is no header",
+            "sent a malformed frame: b'HTTP/1.1 400 Bad Req' is no header",
         ),
         (lambda link: link.stream.sendall(HEADER.pack(MAGIC, 1, 100, 0, 1 << 30, 1)), "is no header"),
-        (introduce, "sent nonsense: no JSON"),
-        (misnumber, "sent nonsense: OK with number 8 answers nothing"),
+        (introduce, "sent a malformed frame: no JSON"),
+        (misnumber, "sent a malformed frame: OK with number 8 answers nothing"),
         (lambda link: link.receive(5.0) and link.send(Kind.OK, 1, b"{}"), "it does not introduce itself: 'inputs'"),
         (lambda link: None, "is gone"),
     ],
@@ -249,7 +249,7 @@ def test_what_is_no_unit_is_recognised(say: Callable[[Link], None], words: str, 
     assert words in err
 
 
-def test_nonsense_in_the_middle_stops_the_run_and_keeps_its_results() -> None:
+def test_a_malformed_frame_in_the_middle_stops_the_run_and_keeps_its_results() -> None:
     class Babbling(Lagging):
         def output(self, u: np.ndarray, t: float) -> np.ndarray:
             y = super().output(u, t)
@@ -257,7 +257,7 @@ def test_nonsense_in_the_middle_stops_the_run_and_keeps_its_results() -> None:
 
     with offered(Babbling(unit(), lambda t: 0.0)) as port:
         message, run = partial(PLAN.with_source("gyro", f"tcp://127.0.0.1:{port}"))
-    assert "sent nonsense: 24 bytes are not 6 numbers" in message
+    assert "sent a malformed frame: 24 bytes are not 6 numbers" in message
     assert len(run.trajectory) > 10
 
 

@@ -137,10 +137,10 @@ def can_restore(network: Network) -> bool:
 
 def require_restore(network: Network, what: str) -> list[Restorable]:
     """The slaves, all of which can go back; ValueError names the first that cannot."""
-    found = []
+    slaves = []
     for slave in network.slaves:
         able = restorable(slave)
         if able is None:
             raise ValueError(f"{what} needs components that can save and restore their state, {slave.name!r} cannot")
-        found.append(able)
-    return found
+        slaves.append(able)
+    return slaves

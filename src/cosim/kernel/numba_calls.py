@@ -26,8 +26,8 @@ def _foreign(name: str, *kinds: str) -> Callable[..., Any]:
     names = ", ".join(f"a{k}" for k in range(len(kinds) + 1))
     scope: dict[str, Any] = {"signature": signature, "codegen": codegen}
     exec(f"def {name}(context, {names}):\n    return signature, codegen\n", scope)
-    made: Callable[..., Any] = intrinsic(scope[name])
-    return made
+    call: Callable[..., Any] = intrinsic(scope[name])
+    return call
 
 
 _values = _foreign("values", "p", "p", "z", "p")

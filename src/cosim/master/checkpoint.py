@@ -49,13 +49,13 @@ class Checkpoint:
 
     def check(self, network: Network) -> list[Serializable]:
         """The slaves, whose states can all be written; ValueError names the first of which that is not so."""
-        found = []
+        slaves = []
         for slave in network.slaves:
             able = serializable(slave)
             if able is None:
                 raise ValueError(f"a checkpoint needs components that can serialize their state, {slave.name!r} cannot")
-            found.append(able)
-        return found
+            slaves.append(able)
+        return slaves
 
     def write(self, fingerprint: str, network: Network, state: RunState, recorder: Recorder) -> None:
         """Write the state of a run: its own, that of its slaves and algebraic loops, and how far its results are kept."""

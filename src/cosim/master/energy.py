@@ -52,8 +52,8 @@ def untrustworthy(energies: Sequence[BondEnergy]) -> BondEnergy | None:
     """
     share, least = NEGLIGIBLE
     least = max(least, share * max((bond.exchanged for bond in energies), default=0.0))
-    found = [bond for bond in energies if bond.share > UNTRUSTED and bond.exchanged > least]
-    return max(found, key=lambda bond: bond.share, default=None)
+    suspects = [bond for bond in energies if bond.share > UNTRUSTED and bond.exchanged > least]
+    return max(suspects, key=lambda bond: bond.share, default=None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ def lines(run: Run) -> tuple[str, str, str, str, str]:
     end = f"t = {trajectory.t[-1]:g} s" if len(trajectory) else "its start"
     why = f" ({run.ended_by})" if run.ended_by else ""
     exchanged = sum(bond.exchanged for bond in energy)
-    made = (
+    coupling = (
         f"{run.energy_residual:.3g} J of {exchanged:.3g} J exchanged over {len(energy)} power bonds"
         if energy
         else "no power bond"
@@ -34,7 +34,7 @@ def lines(run: Run) -> tuple[str, str, str, str, str]:
         f"  {run.algorithm.name}, degree {run.algorithm.degree}, {run.steps} macro steps of {run.step:g} s",
         f"  components: {', '.join(names[:4])}{more}",
         f"  results: {len(trajectory)} points of {len(trajectory.names)} signals",
-        f"  coupling energy: {made}{'; DO NOT TRUST THIS RESULT' if run.coupling_warning else ''}",
+        f"  coupling energy: {coupling}{'; DO NOT TRUST THIS RESULT' if run.coupling_warning else ''}",
     )
 
 

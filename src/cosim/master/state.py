@@ -45,10 +45,10 @@ class RunState:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """The state as named arrays, for a file; from_arrays() makes the same state of them."""
-        found = {f"memory_{name}": value for name, value in self.memory.items()}
-        found |= {f"energy_{f.name}": np.asarray(getattr(self.energy, f.name)) for f in fields(self.energy)}
+        arrays = {f"memory_{name}": value for name, value in self.memory.items()}
+        arrays |= {f"energy_{f.name}": np.asarray(getattr(self.energy, f.name)) for f in fields(self.energy)}
         counters = {name: np.array(getattr(self, name)) for name in ("done", "passes", "rejections")}
-        return {**found, **counters, "history_t": np.array(self.history.t), "history_Y": np.array(self.history.Y)}
+        return {**arrays, **counters, "history_t": np.array(self.history.t), "history_Y": np.array(self.history.Y)}
 
     def from_arrays(self, data: Mapping[str, np.ndarray]) -> "RunState":
         """The state that arrays() gave; what does not change in a run (which signals are held) is taken from this one."""

@@ -33,7 +33,7 @@ def bonds(
     """
     slave = {part.name: i for i, part in enumerate(system.components)}
     stated = system.bonds or _detected(system, {name: units[k] for name, k in where.items()})
-    found = []
+    located = []
     for bond in stated:
         ends = {}
         for role, signal, other in (("motion", bond.motion, bond.effort), ("effort", bond.effort, bond.motion)):
@@ -47,8 +47,8 @@ def bonds(
             ends[role] = (k, target[0])
         (motion, motion_input), (effort, effort_input) = ends["motion"], ends["effort"]
         label = f"{bond.motion[0]}.{bond.motion[1]} x {bond.effort[0]}.{bond.effort[1]}"
-        found.append(Bond(label, motion, effort, motion_input, effort_input))
-    return tuple(found)
+        located.append(Bond(label, motion, effort, motion_input, effort_input))
+    return tuple(located)
 
 
 def watts(bond: Bond, units: Sequence[str]) -> float:
@@ -62,7 +62,7 @@ def watts(bond: Bond, units: Sequence[str]) -> float:
 
 def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]:
     """Bonds between two components that are joined by just one connection each way whose units multiply to a power."""
-    found = []
+    detected = []
     between: dict[tuple[str, str], list[Connection]] = {}
     for wire in system.connections:
         between.setdefault((wire.start[0], wire.end[0]), []).append(wire)
@@ -78,5 +78,5 @@ def _detected(system: System, units: Mapping[str, str]) -> tuple[PowerBond, ...]
         if fits:
             motion_first = unit(units_of[0]).dimension[0] == 0  # a motion has no mass in its unit
             motion, effort = (there[0], back[0]) if motion_first else (back[0], there[0])
-            found.append(PowerBond(motion.start, effort.start))
-    return tuple(found)
+            detected.append(PowerBond(motion.start, effort.start))
+    return tuple(detected)

@@ -46,9 +46,9 @@ class Evaluation:
         sources: dict[int, list[int]] = {}
         for y, places in needs.items():
             sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
-        found = self_dependent(needs, needs)
-        self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in found)
-        self.kept: tuple[np.ndarray | None, ...] = (None,) * len(found)
+        loops = self_dependent(needs, needs)
+        self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in loops)
+        self.kept: tuple[np.ndarray | None, ...] = (None,) * len(loops)
         groups = strong_components(range(len(network.slices)), sources)
         self.one_pass = all(len(group) == 1 for group in groups)
         self.order = tuple(i for group in groups for i in group)
@@ -56,7 +56,7 @@ class Evaluation:
         self._stages: list[Stage] = []
         self._joined: list[Stage] = []
         of_slave: dict[int, list[_Loop]] = {}
-        for number, places in enumerate(found):
+        for number, places in enumerate(loops):
             of_slave.setdefault(int(owner[places[0]]), []).append((places, (number, LoopSolver(network, places))))
         for group in groups:
             inside = [loop for i in group for loop in of_slave.get(i, ())]

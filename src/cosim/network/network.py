@@ -129,12 +129,12 @@ class Network:
 
     def _place(self, wire: Connection, place: Mapping[str, int]) -> int:
         """Where the source of a connection stands in Y."""
-        found = self._where.get(".".join(wire.start))
-        if found is None:
+        place_in_Y = self._where.get(".".join(wire.start))
+        if place_in_Y is None:
             refuse_excluded(wire, 0, self.slaves[place[wire.start[0]]])
             names = [y.name for y in self.slaves[place[wire.start[0]]].outputs]
             raise unknown(f"output of {wire.start[0]!r}:", wire.start[1], names)
-        return found
+        return place_in_Y
 
     def inputs(self, i: int, C: np.ndarray) -> np.ndarray:
         """The input polynomial U, shape (m, n_u), of slave i from C, shape (m, n_Y): value and derivatives of all outputs."""

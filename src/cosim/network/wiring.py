@@ -15,7 +15,7 @@ from ..systems.quantities import between
 
 # What each type accepts besides itself; all of it exact.
 _WIDER = {"real": ("integer",), "integer": ("enumeration",), "enumeration": ("integer",)}
-_FAMILY = {
+_KIND_OF_TYPE = {
     "Real": "real", "Float64": "real", "Float32": "real", "Boolean": "boolean", "String": "string", "Binary": "binary",
     "Enumeration": "enumeration",
 }  # fmt: skip
@@ -110,18 +110,18 @@ def connections(system: System, slaves: Sequence[Slave]) -> list[Connection]:
                 elements.setdefault((slave.name, signal.name[: signal.name.rindex("[")]), []).append(signal.name)
     if not elements:
         return list(system.connections)
-    found = []
+    wires = []
     for wire in system.connections:
         starts, ends = elements.get(wire.start), elements.get(wire.end)
         if starts is None and ends is None:
-            found.append(wire)
+            wires.append(wire)
             continue
         sizes = [len(names) if names else 1 for names in (starts, ends)]
         if starts is None or ends is None or sizes[0] != sizes[1]:
             _fail(wire, f"arrays must have the same number of elements, got {sizes[0]} and {sizes[1]}")
         for a, b in zip(starts or (), ends or (), strict=True):
-            found.append(replace(wire, start=(wire.start[0], a), end=(wire.end[0], b)))
-    return found
+            wires.append(replace(wire, start=(wire.start[0], a), end=(wire.end[0], b)))
+    return wires
 
 
 def check_ports(part: SystemComponent, slave: Slave) -> None:
@@ -134,17 +134,17 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
         if port.kind not in signals:
             signal = slave.description.settable.get(name)
         else:
-            found = [s for s in signals[port.kind] if s.name == name or s.name.startswith(f"{name}[")]
-            if not found:
+            matching = [s for s in signals[port.kind] if s.name == name or s.name.startswith(f"{name}[")]
+            if not matching:
                 other = "output" if port.kind == "input" else "input"
                 if any(s.name == name for s in signals[other]):
                     raise WiringError(f"{where} must be an {other} as in the FMU, the system file says {port.kind}")
                 raise unknown(f"{port.kind} of {part.name!r} ({part.source}):", name, [s.name for s in signals[port.kind]])
-            signal = found[0]
+            signal = matching[0]
         if signal is None:
             continue
-        family = _FAMILY.get(port.type, "integer") if port.type else signal.type
-        if family != signal.type:
+        kind = _KIND_OF_TYPE.get(port.type, "integer") if port.type else signal.type
+        if kind != signal.type:
             raise WiringError(f"{where} must be {_article(signal.type)} as in the FMU, the system file says {port.type}")
         if port.unit is not None and signal.measure is not None and port.unit.dimension != signal.measure.dimension:
             raise WiringError(f"{where} must have a unit that fits {signal.unit!r}, the system file says {port.unit.name!r}")

@@ -99,10 +99,10 @@ class Signal:
     def _number(self, given: object) -> float:
         if isinstance(given, bytes) or not isinstance(given, str | float | int | Quantity):
             raise ValueError(f"must be a number, got {given!r}")
-        own = self.measure
+        unit = self.measure
         if isinstance(given, str):
-            given = parsed(given, self.unit, own)
-        return given.expressed(own) if isinstance(given, Quantity) else float(given)
+            given = parsed(given, self.unit, unit)
+        return given.expressed(unit) if isinstance(given, Quantity) else float(given)
 
     def _bounded(self, number: float, given: object) -> float:
         shown = number if isinstance(given, Quantity) else given

@@ -86,11 +86,11 @@ class Description:
 
 def read(file: str) -> Description:
     """The description of an FMU, `FILE` or `ARCHIVE#MEMBER`, that offers Co-Simulation; ValueError says what is wrong."""
-    found = load(file)
-    if "CoSimulation" not in found.interfaces:
-        offers = " and ".join(found.interfaces) or "nothing"
+    description = load(file)
+    if "CoSimulation" not in description.interfaces:
+        offers = " and ".join(description.interfaces) or "nothing"
         raise ValueError(f"FMU {file!r} must offer Co-Simulation, offers {offers} only")
-    return found
+    return description
 
 
 def load(file: str) -> Description:
@@ -147,11 +147,11 @@ def _schema(major: str) -> etree.XMLSchema:
 
 def _units(root: etree._Element) -> dict[str, Unit | None]:
     """Name -> definition of every unit in UnitDefinitions; None where it has no BaseUnit."""
-    found: dict[str, Unit | None] = {}
+    units: dict[str, Unit | None] = {}
     for element in root.iterfind("UnitDefinitions/Unit"):
         base = element.find("BaseUnit")
-        found[element.get("name", "")] = None if base is None else defined(element.get("name", ""), dict(base.attrib))
-    return found
+        units[element.get("name", "")] = None if base is None else defined(element.get("name", ""), dict(base.attrib))
+    return units
 
 
 _INITIAL = {
@@ -233,15 +233,15 @@ def _row_alias(row: Row, alias: etree._Element) -> Row:
 
 def _states_2(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
     elements = root.findall("ModelVariables/ScalarVariable")
-    found = []
+    pairs = []
     for element in root.iterfind("ModelStructure/Derivatives/Unknown"):
         place = int(element.get("index", "0")) - 1
         real = elements[place].find("Real") if 0 <= place < len(elements) else None
         state = int(real.get("derivative", "0")) - 1 if real is not None else -1
         if not 0 <= state < len(rows):
             raise ValueError(f"ModelStructure lists {place + 1} as a derivative, which names no state")
-        found.append((rows[state].reference, rows[place].reference))
-    return tuple(found)
+        pairs.append((rows[state].reference, rows[place].reference))
+    return tuple(pairs)
 
 
 def _states_3(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
@@ -258,18 +258,18 @@ def _dependencies_2(root: etree._Element, rows: tuple[Row, ...], kind: str) -> d
             raise ValueError(f"ModelStructure refers to variable {index}, it has {len(rows)}")
         return rows[int(index) - 1].name
 
-    found: dict[str, tuple[str, ...] | None] = {}
+    dependencies: dict[str, tuple[str, ...] | None] = {}
     for element in root.iterfind(f"ModelStructure/{kind}s/Unknown"):
         stated = element.get("dependencies")
-        found[named(element.get("index", "0"))] = None if stated is None else tuple(named(i) for i in stated.split())
-    return found
+        dependencies[named(element.get("index", "0"))] = None if stated is None else tuple(named(i) for i in stated.split())
+    return dependencies
 
 
 def _dependencies_3(root: etree._Element, rows: tuple[Row, ...], kind: str) -> dict[str, tuple[str, ...] | None]:
     names = {row.reference: row.name for row in reversed(rows)}
-    found: dict[str, tuple[str, ...] | None] = {}
+    dependencies: dict[str, tuple[str, ...] | None] = {}
     for element in root.iterfind(f"ModelStructure/{kind}"):
         stated = element.get("dependencies")
         known = None if stated is None else tuple(names[int(reference)] for reference in stated.split())
-        found[names[int(element.get("valueReference", "-1"))]] = known
-    return found
+        dependencies[names[int(element.get("valueReference", "-1"))]] = known
+    return dependencies

@@ -215,8 +215,8 @@ class Fmi3Slave(FmuSlave):
             self._refuse_short_step(t, h)
 
     def _refuse_short_step(self, t: float, h: float) -> None:
-        own = self.model.interfaces["CoSimulation"].get("fixedInternalStepSize")
-        hint = f" (its own step is fixed to {own} s)" if own else ""
+        fixed = self.model.interfaces["CoSimulation"].get("fixedInternalStepSize")
+        hint = f" (its own step is fixed to {fixed} s)" if fixed else ""
         self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
 
     def _fails(self, reason: str, t: float, h: float) -> None:

@@ -50,12 +50,12 @@ class Library:
         if known is not None:
             return known
         try:
-            found = self._library[name]  # an own handle: its argument types are ours to state
+            function = self._library[name]  # an own handle: its argument types are ours to state
         except AttributeError:
             raise ValueError(f"{self._where}: its binary lacks the function {name}") from None
-        found.argtypes, found.restype = types, result
-        self._functions[name, types, result] = found
-        return found
+        function.argtypes, function.restype = types, result
+        self._functions[name, types, result] = function
+        return function
 
     def close(self) -> None:
         """Unload it; no function may be called afterwards."""
@@ -74,10 +74,10 @@ def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:
     for place in (spec.submodule_search_locations or ()) if spec else ():
         file = Path(place) / "logging" / folders()[0] / f"logging{SUFFIX}"
         if file.is_file():
-            own = folder / f"logging{SUFFIX}"
-            shutil.copyfile(file, own)
+            copy = folder / f"logging{SUFFIX}"
+            shutil.copyfile(file, copy)
             try:
-                add = ctypes.CDLL(str(own)).addLoggerProxy
+                add = ctypes.CDLL(str(copy)).addLoggerProxy
             except (OSError, AttributeError):
                 return None
             add.argtypes, add.restype = [ctypes.c_void_p], None

@@ -62,17 +62,17 @@ def _feedthrough(stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[R
     for row in inputs:
         place[row.name] = slice(n_u, n_u + row.size)
         n_u += row.size
-    found = np.zeros((sum(row.size for row in outputs), n_u), dtype=bool)
+    matrix = np.zeros((sum(row.size for row in outputs), n_u), dtype=bool)
     i = 0
     for row in outputs:
         stated = stated_of.get(row.name)
         if stated is None:
-            found[i : i + row.size] = True  # the standard: not stated means on everything
+            matrix[i : i + row.size] = True  # the standard: not stated means on everything
         for known in stated or ():
             if known in place:
-                found[i : i + row.size, place[known]] = True
+                matrix[i : i + row.size, place[known]] = True
         i += row.size
-    return found
+    return matrix
 
 
 def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:

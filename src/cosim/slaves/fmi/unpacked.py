@@ -101,7 +101,7 @@ class FmuCache:
 
     def take(self, location: str) -> OpenedFmu:
         """The FMU at `location`, for a slave that will release it."""
-        found = self._opened.get(location)
-        if found is None or found.users == 0 or not found.shareable:
-            found = self._opened[location] = OpenedFmu(location)
-        return found.take()
+        opened = self._opened.get(location)
+        if opened is None or opened.users == 0 or not opened.shareable:
+            opened = self._opened[location] = OpenedFmu(location)
+        return opened.take()

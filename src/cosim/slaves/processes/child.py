@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
-FAREWELL = 2.0  # s that a child has to leave before it is killed
+TIME_TO_LEAVE = 2.0  # s that a child has to leave before it is killed
 _DIE_WITH_PARENT = 1  # prctl's PR_SET_PDEATHSIG
 
 
@@ -35,7 +35,7 @@ def start(
 def end(child: "subprocess.Popen[bytes]") -> None:
     """Wait for a child that was told to leave, and kill one that does not."""
     try:
-        child.wait(FAREWELL)
+        child.wait(TIME_TO_LEAVE)
     except subprocess.TimeoutExpired:
         child.kill()
         child.wait()

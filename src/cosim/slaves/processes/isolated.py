@@ -1,7 +1,7 @@
 """A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
 
 The child runs `python -m` this module; requests and answers are pickled over a socket pair. What the FMU prints
-and logs goes to an unnamed file, from which its last words are read. Linux and macOS.
+and logs goes to an unnamed file, from which its last lines are read. Linux and macOS.
 """
 
 import contextlib
@@ -58,12 +58,12 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             self._connection.send((what, arguments))
             if not self._connection.poll(self._patience):
                 self._process.kill()
-                raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_words())
+                raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_lines())
             kind, answer, self._events, messages = self._connection.recv()
         except (EOFError, OSError, pickle.UnpicklingError):
             with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(child.FAREWELL)
-            raise SlaveError(self.name, t, h, f"its process {self._fate()} in {what}", self._last_words()) from None
+                self._process.wait(child.TIME_TO_LEAVE)
+            raise SlaveError(self.name, t, h, f"its process {self._ending()} in {what}", self._last_lines()) from None
         for message in messages:
             self._log.say(*message)
         if kind == "slave":
@@ -73,10 +73,10 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         if kind == "value":
             raise ValueError(answer)
         if kind == "other":
-            raise SlaveError(self.name, t, h, answer, self._last_words())
+            raise SlaveError(self.name, t, h, answer, self._last_lines())
         return answer
 
-    def _fate(self) -> str:
+    def _ending(self) -> str:
         code = self._process.poll()
         if code is None:
             return "broke the connection"
@@ -84,7 +84,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             return f"was ended by signal {-code} ({signal.Signals(-code).name})"
         return f"exited with code {code}"
 
-    def _last_words(self) -> str:
+    def _last_lines(self) -> str:
         """The last lines that the child has printed or its FMU logged."""
         size = self._words.seek(0, os.SEEK_END)
         self._words.seek(max(0, size - 4096))

@@ -120,9 +120,9 @@ def array(payload: bytes, size: int) -> np.ndarray:
 def document(payload: bytes) -> dict[str, Any]:
     """The JSON object of a payload; ProtocolError where there is none."""
     try:
-        found = json.loads(payload)
+        content = json.loads(payload)
     except ValueError as error:
         raise ProtocolError(f"no JSON: {error}") from None
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         raise ProtocolError("no JSON object")
-    return found
+    return content

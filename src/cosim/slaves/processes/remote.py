@@ -58,13 +58,13 @@ class ResponseTerms:
 def parse(source: str) -> tuple[str, ResponseTerms]:
     """The place and the terms in `source`; ValueError names it and the rule."""
     place, _, options = source.partition("?")
-    given = dict(parse_qsl(options))
+    chosen = dict(parse_qsl(options))
     try:
-        for name in given:
+        for name in chosen:
             if name not in ("timeout", "late", "patience"):
                 raise unknown("option", name, ("timeout", "late", "patience"))
-        timeout, patience = quantity(given.get("timeout", "1"), "s"), int(given.get("patience", "10"))
-        terms = ResponseTerms(timeout, given.get("late", "stop"), patience)  # type: ignore[arg-type]
+        timeout, patience = quantity(chosen.get("timeout", "1"), "s"), int(chosen.get("patience", "10"))
+        terms = ResponseTerms(timeout, chosen.get("late", "stop"), patience)  # type: ignore[arg-type]
     except ValueError as error:
         raise ValueError(f"unit {source!r}: {error}") from None
     return place, terms
@@ -85,7 +85,7 @@ class RemoteSlave(Restorable):
             self._introduce(document(self._ask(Kind.HELLO, b"", 0.0)))
         except ProtocolError as error:
             self.close()
-            raise self._failed(0.0, f"sent nonsense: {error}") from None
+            raise self._failed(0.0, f"sent a malformed frame: {error}") from None
         except BaseException:
             self.close()
             raise
@@ -143,7 +143,7 @@ class RemoteSlave(Restorable):
         except TimeoutError:
             return self._substitute(t)
         except ProtocolError as error:
-            raise self._failed(t, f"sent nonsense: {error}") from None
+            raise self._failed(t, f"sent a malformed frame: {error}") from None
         self._missing = 0
         if not np.isfinite(y).all():
             bad = self.outputs[int(np.flatnonzero(~np.isfinite(y))[0])].name
@@ -200,7 +200,7 @@ class RemoteSlave(Restorable):
                 raise
             raise self._failed(t, f"gave no answer to {kind.name} within {PREPARATION:g} s") from None
         except ProtocolError as error:
-            raise self._failed(t, f"sent nonsense: {error}") from None
+            raise self._failed(t, f"sent a malformed frame: {error}") from None
         except (EOFError, OSError) as error:
             raise self._failed(t, self._gone(error)) from None
         if answer == Kind.ERROR:
