@@ -15,7 +15,8 @@ TOP = "|".join(
 )
 PATHS = re.compile(rf"`((?:{TOP})(?:/[\w.-]+)*/?)`")
 NAMES = re.compile(r"\bgyro_cosim(?:\.[A-Za-z_]\w*)+")
-GROUPS = ("gyro_cosim.components", "gyro_cosim.systems", "gyro_cosim.exporters")  # of entry points
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+GROUPS = tuple(PROJECT["project"]["entry-points"])
 GUESSES = re.search(r"\n## Where is what\n(.*?)(?:\n## |\Z)", TEXTS["CONTRIBUTING.md"], flags=re.DOTALL)
 
 
@@ -57,7 +58,7 @@ def test_the_fifteen_guesses_lead_somewhere() -> None:
 
 
 def test_the_contract_on_the_page_is_the_one_that_is_checked() -> None:
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    contracts = PROJECT["tool"]["importlinter"]["contracts"]
     layers = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
     assert layers[0] == "__main__"
     assert "\n".join(layers[1:]) in TEXTS["CONTRIBUTING.md"]

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import fmi3ValueReference
 from fmu_models import in_process
 from fmu_opening import ERROR, Open, opened, refused

@@ -75,4 +75,5 @@ def _common_norm(a: np.ndarray, b: np.ndarray, reach: int, floor: float) -> np.n
     n, lags = a.size, np.arange(-reach, reach + 1)
     A, B = (np.concatenate([[0.0], np.cumsum(v**2)]) for v in (a, b))
     first, last = np.maximum(0, -lags), np.minimum(n, n - lags)  # of a; b lies `lag` further on
-    return np.sqrt(np.maximum((A[last] - A[first]) * (B[last + lags] - B[first + lags]), (1e-6 * floor) ** 2))
+    product: np.ndarray = np.maximum((A[last] - A[first]) * (B[last + lags] - B[first + lags]), (1e-6 * floor) ** 2)
+    return np.asarray(np.sqrt(product))

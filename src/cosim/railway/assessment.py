@@ -22,11 +22,19 @@ LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
 
 @dataclass(frozen=True)
 class Assessment:
-    """vehicle : its name in the system. wheels, pairs : their names.
+    """What a run says of one railway vehicle.
 
-    verdict and worst Y/Q : see safety.py; worst is None where too few points a second were recorded for the filter, and
-        where the vehicle has not moved forward all the time.
-    lateral (m), yaw (rad) : largest size over the run and, in the last tenth of it, per pair.
+    Parameters
+    ----------
+    vehicle, wheels, pairs
+        Its name in the system; the names of its wheels and wheel pairs.
+    verdict
+        Whether a wheel left its rail.
+    worst
+        The largest Y/Q by EN 14363; None where too few points a second were recorded for the filter, and where the vehicle
+        has not moved forward all the time.
+    lateral, yaw
+        For each pair the largest size over the run, and that in its last tenth, in m and in rad.
     """
 
     vehicle: str
@@ -39,7 +47,18 @@ class Assessment:
 
 
 def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
-    """Every railway vehicle whose outputs were recorded; empty if there is none, or too little of a run to filter."""
+    """Assess every railway vehicle whose outputs were recorded.
+
+    Parameters
+    ----------
+    trajectory
+        Of a run.
+
+    Returns
+    -------
+    assessments
+        Empty where there is no vehicle, or too little of a run to filter.
+    """
     vehicles = []
     for name in trajectory.names:
         vehicle, dot, signal = name.rpartition(".")

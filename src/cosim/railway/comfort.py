@@ -60,10 +60,29 @@ W_B_ISO_8041 = Weighting("W_b of ISO 8041", f3=16.0, f4=16.0, Q2=0.55, f5=2.5, Q
 
 
 def weighted(acceleration: np.ndarray, t: np.ndarray, weighting: Weighting) -> np.ndarray:
-    """`acceleration` (n,) over evenly spaced `t` (n,) through the filter, from rest.
+    """An acceleration through a weighting filter, from rest.
 
     The filter acts in the frequency domain, where its gain is the standard's to rounding; zeros behind the signal keep its end
     from running into its beginning. The first seconds hold the filter's own start.
+
+    Parameters
+    ----------
+    acceleration
+        In m/s^2, shape (n,).
+    t
+        Evenly spaced times, s, shape (n,).
+    weighting
+        The filter.
+
+    Returns
+    -------
+    weighted
+        In m/s^2, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        Where the times are not evenly spaced, or too coarse for the filter.
     """
     t, a = np.asarray(t, dtype=float), np.asarray(acceleration, dtype=float)
     step = even_step(a, t)
@@ -75,7 +94,25 @@ def weighted(acceleration: np.ndarray, t: np.ndarray, weighting: Weighting) -> n
 
 
 def window_rms(signal: np.ndarray, t: np.ndarray, window: float = WINDOW) -> np.ndarray:
-    """Root mean square over each whole `window` (s), one after another; what is left over at the end is not used."""
+    """Root mean square over windows, one after another; what remains at the end is not used.
+
+    Parameters
+    ----------
+    signal, t
+        Shape (n,); times evenly spaced, s.
+    window
+        Length of a window, s.
+
+    Returns
+    -------
+    rms
+        Shape (number of whole windows,), in the signal's unit.
+
+    Raises
+    ------
+    ValueError
+        Where the signal is shorter than a window.
+    """
     points = round(window * (len(t) - 1) / float(t[-1] - t[0]))
     if not 1 <= points <= len(t):
         raise ValueError(f"the signal must be as long as a window of {window:g} s, is {t[-1] - t[0]:g} s")
@@ -89,7 +126,21 @@ def percentile(windows: Sequence[float] | np.ndarray) -> float:
 
 
 def mean_comfort(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> float:
-    """N_MV from the windows' r.m.s. values of the weighted accelerations along x, y (W_d) and z (W_b), m/s^2."""
+    """N_MV from the weighted accelerations.
+
+    Parameters
+    ----------
+    x, y, z
+        Root mean square values of the windows along each axis, m/s^2, shape (windows,); x and y by W_d, z by W_b.
+
+    Returns
+    -------
+    mean_comfort
+
+    References
+    ----------
+    EN 12299:2009, standard method.
+    """
     return 6.0 * sqrt(percentile(x) ** 2 + percentile(y) ** 2 + percentile(z) ** 2)
 
 

@@ -14,7 +14,21 @@ if TYPE_CHECKING:
 
 
 def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "") -> "Figure":
-    """Lateral displacement, yaw angle, Y and Y/Q of a railway vehicle over the distance along the track."""
+    """Draw lateral displacement, yaw angle, Y and Y/Q of a railway vehicle over the distance along the track.
+
+    Parameters
+    ----------
+    trajectory
+        Of the run.
+    assessment
+        Of the vehicle to draw.
+    title
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(4, 1, (9.0, 9.0), sharex=True)
     distance = trajectory[f"{assessment.vehicle}.{DISTANCE}"]
     panels = (
@@ -23,11 +37,11 @@ def along_track(trajectory: Trajectory, assessment: "Assessment", title: str = "
         (assessment.wheels, FORCE, "lateral force Y\n[kN]", 1e-3),
         (assessment.wheels, COEFFICIENT, "Y/Q\n[1]", 1.0),
     )
-    for ax, (parts, suffix, label, factor) in zip(axes[:, 0], panels, strict=True):
-        for part, colour in zip(parts, COLOURS * len(parts), strict=False):
-            name = f"{assessment.vehicle}.{part}{suffix}"
+    for ax, (wheels, suffix, label, factor) in zip(axes[:, 0], panels, strict=True):
+        for wheel, colour in zip(wheels, COLOURS * len(wheels), strict=False):
+            name = f"{assessment.vehicle}.{wheel}{suffix}"
             if name in trajectory.names:
-                ax.plot(distance, trajectory[name] * factor, color=colour, linewidth=0.9, label=part.replace("_", " "))
+                ax.plot(distance, trajectory[name] * factor, color=colour, linewidth=0.9, label=wheel.replace("_", " "))
         ax.set_ylabel(label)
         ax.legend(fontsize=7, ncols=4, loc="upper right")
         ax.margins(x=0)

@@ -25,7 +25,27 @@ def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.
 
 
 def sliding_mean(signal: np.ndarray, distance: np.ndarray, window: float = WINDOW) -> np.ndarray:
-    """Mean of `signal` (n,) over `window` (m) around each point of `distance` (n,), which grows; shorter at both ends."""
+    """The mean over a window of track around each point; the window is shorter at both ends.
+
+    Parameters
+    ----------
+    signal
+        Shape (n,).
+    distance
+        Along the track, m, growing, shape (n,).
+    window
+        In m.
+
+    Returns
+    -------
+    mean
+        Shape (n,).
+
+    Raises
+    ------
+    ValueError
+        Where the distance does not grow.
+    """
     s, y = np.asarray(distance, dtype=float), np.asarray(signal, dtype=float)
     if s.shape != y.shape or s.ndim != 1 or s.size < 2 or not np.all(np.diff(s) > 0.0):
         raise ValueError("distance must grow and be as long as signal")
@@ -35,12 +55,44 @@ def sliding_mean(signal: np.ndarray, distance: np.ndarray, window: float = WINDO
 
 
 def en14363(signal: np.ndarray, t: np.ndarray, distance: np.ndarray) -> np.ndarray:
-    """`signal` as EN 14363 assesses it: 20 Hz low pass over time, then the mean over 2 m of track."""
+    """A signal as EN 14363 assesses it: 20 Hz low pass over time, then the mean over 2 m of track.
+
+    Parameters
+    ----------
+    signal
+        Shape (n,).
+    t
+        Evenly spaced times, s, shape (n,).
+    distance
+        Along the track, m, growing, shape (n,).
+
+    Returns
+    -------
+    filtered
+        Shape (n,).
+
+    References
+    ----------
+    EN 14363, quasi-static and dynamic safety.
+    """
     return sliding_mean(low_pass(signal, t), distance)
 
 
 def even_step(signal: np.ndarray, t: np.ndarray) -> float:
-    """The step (s) of evenly spaced `t` (n,), to which `signal` (n,) belongs; ValueError where they are not that."""
+    """The step of evenly spaced times, s.
+
+    Parameters
+    ----------
+    signal
+        What belongs to the times, shape (n,).
+    t
+        Times, s, shape (n,).
+
+    Raises
+    ------
+    ValueError
+        Where the times are not evenly spaced, or the shapes differ.
+    """
     if signal.shape != t.shape or t.ndim != 1 or t.size < 2:
         raise ValueError(f"signal and t must be columns of equal length, got {signal.shape} and {t.shape}")
     step = float(t[-1] - t[0]) / (t.size - 1)

@@ -20,7 +20,23 @@ LIMIT = 0.8  # EN 14363, filtered Y/Q
 
 
 def nadal_limit(contact_angle: float, friction: float) -> float:
-    """Y/Q at which a flange of `contact_angle` (rad) may climb at `friction`."""
+    """Y/Q at which a flange may climb.
+
+    Parameters
+    ----------
+    contact_angle
+        Of the flange, rad, between 0 and pi/2.
+    friction
+        Coefficient of friction between wheel and rail, 0 to 1.
+
+    Returns
+    -------
+    limit
+
+    References
+    ----------
+    Nadal, Theorie de la stabilite des locomotives (1896).
+    """
     if not 0.0 < contact_angle < math.pi / 2:
         raise ValueError(f"contact_angle must lie between 0 and pi/2, got {contact_angle:g}")
     if not 0.0 <= friction <= 1.0:
@@ -30,12 +46,39 @@ def nadal_limit(contact_angle: float, friction: float) -> float:
 
 
 def weinstock_limit(contact_angle: float, friction: float) -> float:
-    """Sum of |Y/Q| of both wheels of a pair at which the flanging one may climb."""
+    """Sum of |Y/Q| of both wheels of a pair at which the flanging one may climb.
+
+    Parameters
+    ----------
+    contact_angle, friction
+        As for `nadal_limit`.
+
+    Returns
+    -------
+    limit
+
+    References
+    ----------
+    Weinstock, Wheel climb derailment criteria for evaluation of rail vehicle safety, ASME 84-WA/RT-1 (1984).
+    """
     return nadal_limit(contact_angle, friction) + friction
 
 
 def guiding_force_limit(axle_load: float, alpha: float = 1.0) -> float:
-    """Largest sum of guiding forces (N) of a pair with the static load `axle_load` (N); alpha 0.85 for freight wagons."""
+    """The largest sum of guiding forces of a pair.
+
+    Parameters
+    ----------
+    axle_load
+        Static, N.
+    alpha
+        1, or 0.85 for freight wagons.
+
+    Returns
+    -------
+    limit
+        In N.
+    """
     if not axle_load > 0.0:
         raise ValueError(f"axle_load must be positive, got {axle_load:g}")
     return alpha * (10e3 + axle_load / 3.0)
@@ -43,7 +86,17 @@ def guiding_force_limit(axle_load: float, alpha: float = 1.0) -> float:
 
 @dataclass(frozen=True)
 class Extreme:
-    """The largest size of a filtered signal, where and when it stood, and the limit it is held against."""
+    """The largest size of a filtered signal.
+
+    Parameters
+    ----------
+    wheel
+        Wheel or pair that it belongs to.
+    value, limit
+        In the signal's unit.
+    distance, t
+        Where, m along the track, and when, s.
+    """
 
     wheel: str
     value: float
@@ -58,7 +111,28 @@ class Extreme:
 
 
 def worst(signals: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray, limit: float = LIMIT) -> Extreme:
-    """The wheel (or pair) whose filtered signal is largest in size: Y/Q against 0.8, guiding forces against their limit."""
+    """The wheel or pair whose filtered signal is largest in size.
+
+    Parameters
+    ----------
+    signals
+        Wheel -> signal, such as Y/Q, shape (n,).
+    t
+        Evenly spaced times, s, shape (n,).
+    distance
+        Along the track, m, growing, shape (n,).
+    limit
+        What the largest size is compared with.
+
+    Returns
+    -------
+    Extreme
+
+    Raises
+    ------
+    ValueError
+        Without a signal, or where the filter cannot take it.
+    """
     if not signals:
         raise ValueError("signals must hold at least one wheel, got none")
     extremes = []
@@ -71,7 +145,15 @@ def worst(signals: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a wheel left the rails; the first one, with time (s) and distance (m)."""
+    """Whether a wheel left the rails.
+
+    Parameters
+    ----------
+    derailed
+        Whether one did.
+    wheel, t, distance
+        The first one, when, s, and where, m; empty and NaN where none did.
+    """
 
     derailed: bool
     wheel: str = ""
@@ -87,10 +169,22 @@ class Verdict:
 
 
 def verdict(climbs: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray) -> Verdict:
-    """From each wheel's way of the flange over the rail, (n,): 0 where it first touches, 1 on the top of its tip."""
+    """Whether a wheel left its rail.
+
+    Parameters
+    ----------
+    climbs
+        Wheel -> way of its flange over the rail, shape (n,): 0 where it first touches, 1 on top. NaN counts as derailed.
+    t, distance
+        Times, s, and distances along the track, m, shape (n,).
+
+    Returns
+    -------
+    Verdict
+    """
     first: tuple[int, str] | None = None
     for wheel, climb in climbs.items():
-        past = np.flatnonzero(~(np.asarray(climb) <= 1.0))  # a number that is none counts as derailed
+        past = np.flatnonzero(~(np.asarray(climb) <= 1.0))  # NaN counts as derailed
         if past.size and (first is None or past[0] < first[0]):
             first = (int(past[0]), wheel)
     if first is None:

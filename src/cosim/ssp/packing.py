@@ -227,4 +227,4 @@ def _parameter(parent: etree._Element, name: str, signal: Signal, value: Value, 
 
 
 def _bytes(root: etree._Element) -> bytes:
-    return etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))

@@ -23,14 +23,28 @@ SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rat
 
 
 class AtRest:
-    """See the module's docstring.
+    """A system linearised at rest; see the module's docstring.
 
-    system : of catalogue components, at rest where all its states are zero.
-    free : the parameters q, as `component.parameter`; "gyro.rotor_speed" sets that of gyro_front and gyro_rear alike.
-    ignorable : patterns ("vehicle.*_distance"); the states of each may be shifted together without changing any rate.
+    Parameters
+    ----------
+    system
+        Of catalogue components, at rest where all its states are zero.
+    free
+        The parameters q, as `component.parameter`; "gyro.rotor_speed" sets that of gyro_front and gyro_rear alike.
+    ignorable
+        Patterns such as "vehicle.*_distance"; the states of each may be shifted together without changing any rate.
 
-    states : names of z, shape (n,); the difference of two states is called "one - other".
-    q0 : the system's values of q, shape (n_q,); where a name addresses several components, that of the first.
+    Attributes
+    ----------
+    states
+        Names of z, n of them; the difference of two states is called "one - other".
+    q0
+        The system's values of q, shape (n_q,); where a name addresses several components, that of the first.
+
+    Raises
+    ------
+    ValueError
+        Where the system is not at rest, a shift changes a rate, or a name means nothing.
     """
 
     def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
@@ -77,7 +91,18 @@ class AtRest:
         return np.asarray(self._spread @ q)
 
     def matrix(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
-        """A(q), shape (n, n); ValueError where a shift of ignorable states changes a rate."""
+        """A at parameters q, shape (n_q,).
+
+        Returns
+        -------
+        A
+            Shape (n, n).
+
+        Raises
+        ------
+        ValueError
+            Where a shift of ignorable states changes a rate.
+        """
         A = self.monolith.matrix(self.parameters(q))
         drift = np.abs(A @ self._shifts)
         if drift.size and drift.max() > SAME * np.abs(A).max():
@@ -117,14 +142,38 @@ class AtRest:
         return roots[np.lexsort((roots.imag, -roots.real))]
 
     def growth(self, q: Sequence[float] | np.ndarray, *, creeping: bool = True) -> float:
-        """The largest real part (1/s) of a root; without `creeping` that of those which oscillate or grow."""
+        """The largest real part of a root.
+
+        Parameters
+        ----------
+        q
+            Parameters, shape (n_q,).
+        creeping
+            Whether roots count that decay without oscillating.
+
+        Returns
+        -------
+        growth
+            In 1/s.
+        """
         roots = self.roots(q)
         if not creeping:
             roots = roots[(roots.imag != 0.0) | (roots.real > 0.0)]
         return float(roots.real.max())
 
     def paths(self, q: np.ndarray) -> np.ndarray:
-        """The roots along a series of q, shape (m, n_q), each column one continuous path, shape (m, n)."""
+        """The roots along a series of parameters, sorted into continuous paths.
+
+        Parameters
+        ----------
+        q
+            Shape (m, n_q).
+
+        Returns
+        -------
+        paths
+            1/s, complex, shape (m, n); each column is one path.
+        """
         from scipy.optimize import linear_sum_assignment
 
         along = [self.roots(q[0])]
@@ -137,9 +186,21 @@ class AtRest:
         return np.array(along)
 
     def mode(self, q: Sequence[float] | np.ndarray, near: complex) -> tuple[complex, np.ndarray, np.ndarray]:
-        """The root nearest to `near`, its vector v, shape (n,), largest element 1, and its derivative by q, shape (n_q,).
+        """The root nearest to `near`, its shape and its derivatives by the parameters.
 
         With A v = s v and w A = s w the derivative is w dA v / (w v); where roots coincide it does not exist.
+
+        Parameters
+        ----------
+        q
+            Parameters, shape (n_q,).
+        near
+            In 1/s.
+
+        Returns
+        -------
+        s, v, slope
+            The root in 1/s; its vector, shape (n,), whose largest element is 1; ds/dq, shape (n_q,).
         """
         from scipy.linalg import eig
 

@@ -16,9 +16,20 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 
 
 def root_locus(ax: "Axes", roots: np.ndarray, values: np.ndarray, label: str, detail: Box | None = None) -> None:
-    """Roots, shape (n, n_x), as paths in the complex plane, coloured by the parameter's values, shape (n,).
+    """Draw roots as paths in the complex plane; a ring marks where each path begins.
 
-    A ring marks where each path begins. `detail`: ranges of real and imaginary part to show enlarged in a corner.
+    Parameters
+    ----------
+    ax
+        Where to.
+    roots
+        1/s, complex, shape (n, n_x).
+    values
+        Of the parameter, which colours the paths, shape (n,).
+    label
+        Of the colours.
+    detail
+        Ranges of the real and of the imaginary part that are shown enlarged in a corner.
     """
     drawn = _paths(ax, roots, values)
     if detail is not None:
@@ -42,7 +53,21 @@ def _paths(ax: "Axes", roots: np.ndarray, values: np.ndarray) -> "PathCollection
 
 
 def damping_map(spin_rpm: np.ndarray, speed: np.ndarray, decay: np.ndarray, best_rpm: np.ndarray) -> "Figure":
-    """Decay rate of the slowest root, shape (len(speed), len(spin_rpm)), over spin and speed, with the best spin per speed."""
+    """Draw the decay rate of the slowest root over spin and speed, with the best spin for each speed.
+
+    Parameters
+    ----------
+    spin_rpm, speed
+        Rotor speeds in rpm, shape (m,), and forward speeds in m/s, shape (n,).
+    decay
+        1/s, shape (n, m).
+    best_rpm
+        Shape (n,); NaN where no spin is best.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
     drawn = ax.contourf(spin_rpm, speed, decay, levels=24, cmap="viridis")

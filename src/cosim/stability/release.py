@@ -24,10 +24,16 @@ from .at_rest import AtRest
 
 @dataclass(frozen=True, eq=False)
 class Release:
-    """See the module's docstring.
+    """What is let go, and what of it counts; see the module's docstring.
 
-    starts : for each release the states (names of `rest.states`) that are not zero at its begin.
-    scales : state -> size (in its unit) that counts as 1 in the integral; the others do not count. J is in s.
+    Parameters
+    ----------
+    rest
+        The system linearised at rest.
+    starts
+        For each release the states, by their names in `rest.states`, that are not zero at its begin.
+    scales
+        State -> size, in its unit, that counts as 1 in the integral; other states do not count.
     """
 
     rest: AtRest
@@ -60,7 +66,20 @@ class Release:
         return np.diag(self._row({name: scale**-2 for name, scale in self.scales.items()}))
 
     def cost(self, q: Sequence[float] | np.ndarray, *, until: float = np.inf) -> float:
-        """J (s) from the begin to `until` (s), exact; inf where it has no end and a root is not left of the axis."""
+        """The cost of the releases, exact.
+
+        Parameters
+        ----------
+        q
+            Parameters, shape (n_q,).
+        until
+            The end of the integral, s; infinite for all time.
+
+        Returns
+        -------
+        J
+            In s; infinite where all time counts and a root is not left of the imaginary axis.
+        """
         A = self.rest.matrix(q)
         if np.isfinite(until):
             P = _gramian(A, self.weight, until)
@@ -71,7 +90,20 @@ class Release:
         return float(np.sum(self.begin * (P @ self.begin)))
 
     def gradient(self, q: Sequence[float] | np.ndarray, shift: float = 0.0) -> tuple[float, np.ndarray, float]:
-        """J (s), dJ/dq, shape (n_q,), and dJ/ds at s = `shift` (1/s); inf and nan where a root is not left of it."""
+        """The cost over all time and its derivatives.
+
+        Parameters
+        ----------
+        q
+            Parameters, shape (n_q,).
+        shift
+            s, in 1/s.
+
+        Returns
+        -------
+        J, by_q, by_s
+            The cost in s; dJ/dq, shape (n_q,); dJ/ds. Infinite and NaN where a root is not left of `shift`.
+        """
         A = self.rest.matrix(q) - shift * np.eye(len(self.rest.states))
         if np.linalg.eigvals(A).real.max() >= 0.0:
             return np.inf, np.full(len(self.rest.free), np.nan), np.nan
@@ -81,7 +113,25 @@ class Release:
         return float(np.sum(P * Z)), slopes, float(-2 * np.sum(P * X))
 
     def smoothed_growth(self, q: Sequence[float] | np.ndarray, level: float) -> tuple[float, np.ndarray]:
-        """The s (1/s) at which J(q, s) = `level` (s), and ds/dq, shape (n_q,): the growth, smoothed from the right."""
+        """The growth, smoothed from the right: the s at which J(q, s) has a given size.
+
+        Parameters
+        ----------
+        q
+            Parameters, shape (n_q,).
+        level
+            The size, s; the larger, the nearer is s to the largest real part of a root.
+
+        Returns
+        -------
+        s, slope
+            In 1/s; ds/dq, shape (n_q,).
+
+        Raises
+        ------
+        ValueError
+            Where the releases do not reach the level.
+        """
         from scipy.optimize import brentq
 
         if not (np.isfinite(level) and level > 0.0):

@@ -9,20 +9,56 @@ from .at_rest import AtRest
 
 
 def roots(system: System, parameter: str, values: np.ndarray) -> np.ndarray:
-    """Eigenvalues of the system linearised at rest, shape (len(values), n_x), each column one continuous path.
+    """Eigenvalues of a system linearised at rest, over one parameter.
 
-    parameter : `component.parameter`; values in its own (SI) unit.
+    Parameters
+    ----------
+    system
+        Of catalogue components.
+    parameter
+        As `component.parameter`.
+    values
+        Of the parameter, in its SI unit, shape (m,).
+
+    Returns
+    -------
+    paths
+        1/s, complex, shape (m, n_x); each column is one continuous path.
     """
     return AtRest(system, (parameter,)).paths(np.asarray(values)[:, None])
 
 
 def travel(paths: np.ndarray) -> np.ndarray:
-    """How far each root moves from where it starts, relative to its size; shape (n_x,)."""
+    """How far each root moves from where it starts, relative to its size.
+
+    Parameters
+    ----------
+    paths
+        Of `roots`, shape (m, n_x).
+
+    Returns
+    -------
+    travel
+        Shape (n_x,).
+    """
     return np.asarray(np.abs(paths - paths[0]).max(axis=0) / np.maximum(np.abs(paths).max(axis=0), 1e-12))
 
 
 def decay_rates(system: System, across: tuple[str, np.ndarray], along: tuple[str, np.ndarray]) -> np.ndarray:
-    """Decay rate (1/s) of the slowest root, shape (len(along), len(across)), over two parameters (name, values in SI)."""
+    """Decay rate of the slowest root over two parameters.
+
+    Parameters
+    ----------
+    system
+        Of catalogue components.
+    across, along
+        Each the name `component.parameter` and its values in SI units.
+
+    Returns
+    -------
+    decay
+        1/s, shape (values along, values across); negative where a root grows.
+    """
     rest = AtRest(system, (across[0], along[0]))
     return np.array([[-rest.growth((a, b)) for a in across[1]] for b in along[1]])
 
@@ -30,7 +66,24 @@ def decay_rates(system: System, across: tuple[str, np.ndarray], along: tuple[str
 def best(
     system: System, parameter: str, bounds: tuple[float, float], fixed: Mapping[str, float] | None = None
 ) -> tuple[float, float]:
-    """The value of `parameter` within `bounds` for which the slowest root decays fastest, and that decay rate (1/s)."""
+    """The value of a parameter for which the slowest root decays fastest.
+
+    Parameters
+    ----------
+    system
+        Of catalogue components.
+    parameter
+        As `component.parameter`.
+    bounds
+        Its lowest and highest value, in its SI unit.
+    fixed
+        Values of other parameters, in SI units.
+
+    Returns
+    -------
+    value, decay
+        In the parameter's SI unit, and in 1/s.
+    """
     from scipy.optimize import minimize_scalar
 
     fixed = fixed or {}
@@ -47,9 +100,25 @@ def best(
 def measured_root(t: np.ndarray, y: np.ndarray) -> complex:
     """The root s (1/s) of y = Re(a e^{s t}), of either sign of growth, by Prony's method; imaginary part not negative.
 
-    t : evenly spaced (s), shape (n,), over some periods. y : shape (n,), one oscillation alone, without offset.
     With z = e^{s m h} y(k + 2m) = 2 Re(z) y(k + m) - |z|^2 y(k), solved for both numbers over all k by
     least squares; m is half the time between two changes of sign, so that the three values differ as much as they can.
+
+    Parameters
+    ----------
+    t
+        Evenly spaced times over some periods, s, shape (n,).
+    y
+        One oscillation alone, without offset, shape (n,).
+
+    Returns
+    -------
+    s
+        In 1/s.
+
+    Raises
+    ------
+    ValueError
+        Where `t` is not evenly spaced, or `y` changes its sign less than three times.
     """
     if not (t.ndim == 1 and t.shape == y.shape and np.allclose(np.diff(t), t[1] - t[0], rtol=1e-6, atol=0.0)):
         raise ValueError(f"`t` must be evenly spaced and as long as `y`, got shapes {t.shape} and {y.shape}")

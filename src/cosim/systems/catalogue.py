@@ -89,7 +89,8 @@ def spec_of_fmu(file_name: str) -> str | None:
 def export(spec: str, directory: Path, **options: Any) -> list[Path]:
     """Write the FMUs of a component with the installed exporter; `options` are the exporter's own."""
     (entry, *_) = _entries("exporters")
-    return entry.load()(component(spec), directory, **options)
+    files: list[Path] = entry.load()(component(spec), directory, **options)
+    return files
 
 
 def fmu(spec: str) -> Path:
