@@ -26,7 +26,9 @@ FORCES = {
 Cases = Mapping[Key, Case]
 
 
-def reproduce(folder: Path, *, extent: Extent | None = None, progress: Progress | None = None) -> tuple[list[Claim], list[Path]]:
+def reproduce(
+    folder: Path, *, extent: Extent | None = None, progress: Progress | None = None
+) -> tuple[list[Claim], list[Path]]:
     """Draw figures 6 to 10 into `folder`; returns the claims C5 to C10 and the files."""
     extent = extent or Extent()
     cases = run_all(extent, progress)

@@ -158,7 +158,9 @@ class DrawRunner:
         self._bench.close()
 
 
-def carry_out(study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None) -> Table:
+def carry_out(
+    study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None
+) -> Table:
     """All rows of the study, doing those that `file` (.csv, .npz or .parquet) does not hold yet.
 
     progress : called with draws done and draws in all. ValueError if the file holds another study. Ctrl-C keeps what was done
