@@ -121,8 +121,8 @@ class FastLoop:
         took, inside = time.perf_counter() - began, float(data.spent.sum())
         share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
         reached = data.Y[row + 1 : row + 1 + min(done + 1, rows)]  # with the row that a march that stopped has begun
-        bad = ~np.isfinite(reached).all(axis=1)
-        if done < rows or bad.any():
+        if done < rows or not np.isfinite(reached).all():
+            bad = ~np.isfinite(reached).all(axis=1)
             done = min(done, int(np.argmax(bad))) if bad.any() else done
         ended = done > 0 and bool(np.any(data.Y[row + done, self._plan.stops] > self._plan.above))
         return done, share * data.spent, ended
