@@ -1,4 +1,4 @@
-"""Put what a study of draws found into docs/claims.md: its tables between the marks, its figures into docs/images.
+"""Put the results of a study of draws into docs/claims.md: its tables between the marks, its figures into docs/images.
 
 cosim paper --draws 300 --seed 1 -o results/claims
 python benchmarks/claims_page.py results/claims

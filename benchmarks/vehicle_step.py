@@ -2,7 +2,7 @@
 
 Vehicle and two gyro units joined, from rest through the entry of a 50 m curve into flange contact, parameter sets A and B.
 Each line: the largest difference of the front pair's lateral displacement to the reference, in micrometres, with the steps as
-given and with steps cut where the vehicle asks for it. Takes some minutes.
+given and with steps cut where the vehicle requires it. Takes some minutes.
 Run: PYTHONPATH=tests/support python benchmarks/vehicle_step.py
 """
 

@@ -19,7 +19,22 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # 
 def figure(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (8.0, 5.0), *, sharex: bool = False
 ) -> tuple["Figure", np.ndarray]:
-    """A figure with its axes, shape (rows, columns), in this package's style."""
+    """A figure in this package's style.
+
+    Parameters
+    ----------
+    rows, columns
+        Of panels.
+    size
+        Width and height, inches.
+    sharex
+        Whether the panels share their x axis.
+
+    Returns
+    -------
+    figure, axes
+        The axes in an array of shape (rows, columns).
+    """
     from matplotlib.figure import Figure
 
     fig = Figure(figsize=size, layout="constrained")
@@ -36,7 +51,20 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def save(fig: "Figure", file: str | Path) -> Path:
-    """Write the figure in the format that the file's ending names."""
+    """Write a figure in the format that the file's ending names.
+
+    Parameters
+    ----------
+    fig
+        The figure.
+    file
+        Where to; its folder is made.
+
+    Returns
+    -------
+    Path
+        Of the file.
+    """
     file = Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
     fig.savefig(file, dpi=150)
@@ -53,13 +81,42 @@ def check_format(file: Path) -> None:
 
 
 def worth_drawing(trajectory: Trajectory, most: int, rank: Callable[[str], Any]) -> list[str]:
-    """Names of at most `most` signals that change, those of the lowest `rank` first; the first signals where none changes."""
+    """Which signals a figure shows that has room for a few.
+
+    Parameters
+    ----------
+    trajectory
+        Of a run.
+    most
+        How many signals.
+    rank
+        Name -> what to sort by; the lowest come first, equal ones in the trajectory's order.
+
+    Returns
+    -------
+    names
+        Signals that change; the first signals where none does.
+    """
     moving = [name for name in trajectory.names if trajectory[name].min() < trajectory[name].max()]
     return sorted(moving, key=rank)[:most] or list(trajectory.names[:most])
 
 
 def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = "") -> "Figure":
-    """One panel a signal over time."""
+    """Draw signals over time, one panel each.
+
+    Parameters
+    ----------
+    trajectory
+        Of a run.
+    names
+        Of the signals.
+    title
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(len(names), 1, (8.0, 1.2 + 1.5 * len(names)), sharex=True)
     for ax, name, colour in zip(axes[:, 0], names, COLOURS * len(names), strict=False):
         unit = trajectory.unit(name)
@@ -76,7 +133,19 @@ def time_histories(trajectory: Trajectory, names: Sequence[str], title: str = ""
 
 
 def histories_in_columns(cases: Mapping[str, Trajectory], signals: Mapping[str, tuple[str, str, float]]) -> "Figure":
-    """One row a case, one column a signal. `signals`: name -> (label, unit shown, factor to it)."""
+    """Draw signals of several runs over time: one row a case, one column a signal.
+
+    Parameters
+    ----------
+    cases
+        Title -> trajectory.
+    signals
+        Name -> label, unit shown, and factor to it.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(len(cases), len(signals), (4.2 * len(signals), 2.8 * len(cases)), sharex=True)
     for row, (case, trajectory) in zip(axes, cases.items(), strict=True):
         for ax, (name, (label, unit, factor)), colour in zip(row, signals.items(), COLOURS, strict=False):

@@ -28,7 +28,7 @@ def test_list_names_what_is_installed(cosim_json: Callable[..., Any], cosim: Cal
 def test_run_tells_what_it_did(cosim_json: Callable[..., Any]) -> None:
     document = cosim_json(*RUN, "--gyro", "linear", "--set", "gyro.rotor_speed=200rpm", "--step", "1ms")
     assert document["system"] == "wheel-pair"
-    assert (document["step"], document["steps"], document["algorithm"], document["order"]) == (1e-3, 500, "jacobi", 1)
+    assert (document["step"], document["steps"], document["algorithm"], document["degree"]) == (1e-3, 500, "jacobi", 1)
     assert set(document["timing"]["do_step_s"]) == {"vehicle", "gyro"}
     assert abs(document["energy_residual"]) < 1e-6
     assert document["units"]["vehicle.yaw_angle"] == "rad"
@@ -75,12 +75,12 @@ def test_converge_measures_the_order(cosim_json: Callable[..., Any], cosim: Call
     options = ("converge", "wheel-pair", "--stop", "1.6", "--rungs", "3")
     document = cosim_json(*options)
     assert document["reference"] == "matrix exponential"
-    assert {(row["algorithm"], row["order"]) for row in document["algorithms"]} == {
+    assert {(row["algorithm"], row["degree"]) for row in document["algorithms"]} == {
         (name, degree) for name in ("jacobi", "gauss-seidel") for degree in range(3)
     }
     for row in document["algorithms"]:
         assert len(row["errors"]) == len(row["steps"]) == 3
-        assert row["observed_order"] == pytest.approx(row["order"] + 1, abs=0.15)
+        assert row["observed_order"] == pytest.approx(row["degree"] + 1, abs=0.15)
     code, out, _ = cosim(
         *options, "--algorithm", "jacobi", "--order", "1", "--gyro", "nonlinear", "--in-process", "--plot", "c.png"
     )
@@ -106,7 +106,10 @@ def test_converge_measures_the_order(cosim_json: Callable[..., Any], cosim: Call
         (("run", "wheel-pair", "--set", "gyro.rotor_speed=1furlong"), "gyro.rotor_speed: unknown unit 'furlong'"),
         (("run", "wheel-pair", "--set", "vehicle.speed=0"), "vehicle.speed: must be at least 0.1 m/s, got 0"),
         (("run", "wheel-pair", "--set", "vehicle.speed=nan"), "vehicle.speed: must be finite, got nan"),
-        (("run", "wheel-pair", "--set", "vehicle.speed"), "--set must be COMPONENT.PARAMETER=VALUE, got 'vehicle.speed'"),
+        (
+            ("run", "wheel-pair", "--set", "vehicle.speed"),
+            "--set must be COMPONENT.PARAMETER=VALUE or COMPONENT=VARIANT, got 'vehicle.speed'",
+        ),
         (("run", "wheel-pair", "--step", "0"), "`step` must be positive, got 0 s"),
         (("run", "wheel-pair", "--step", "2", "--stop", "1"), "`step` must be at most the run's length of 1 s, got 2 s"),
         (("run", "wheel-pair", "--step", "1kg"), "--step unit 'kg' cannot be expressed in 's'"),
@@ -127,7 +130,7 @@ def test_converge_measures_the_order(cosim_json: Callable[..., Any], cosim: Call
             ("converge", "wheel-pair", "--stop", "1", "--step", "0.3"),
             "`stop` must be a multiple of the coarsest step 0.3 s, got 1 s",
         ),
-        (("converge", "wheel-pair", "--order", "x"), "--order must be degrees such as 0,1,2, got 'x'"),
+        (("converge", "wheel-pair", "--order", "x"), "--degree must be degrees such as 0,1,2, got 'x'"),
     ],
 )
 def test_wrong_use_is_one_line_and_exit_code_2(cosim: Callable[..., Any], arguments: tuple[str, ...], words: str) -> None:

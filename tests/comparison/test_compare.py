@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 from gyro_cosim import RunError, system
-from gyro_cosim.comparison.candidates import check_period, compare
+from gyro_cosim.comparison.candidates import _judged, compare
 from gyro_cosim.comparison.difference import difference, time_shift
 from gyro_cosim.comparison.tolerances import Tolerances, read
+from gyro_cosim.comparison.unit_energy import UnitEnergy
+from gyro_cosim.comparison.variants import check_period
 from gyro_cosim.component import Component, build, input_, output
 from gyro_cosim.gyro_unit.nonlinear import nonlinear
 from gyro_cosim.systems import catalogue
@@ -266,3 +269,51 @@ def test_a_whole_system_stands_for_a_variant(tmp_path: Path) -> None:
     result = compare(system("wheel-pair"), ["linear", str(file)], stop=0.5, in_process=True, responses=False)
     assert result.candidates[1].label == "pair.ssd"
     assert all(d.rms == 0.0 for d in result.candidates[1].differences.values())
+
+
+# ---- a verdict needs evidence -----------------------------------------------------------------------------------------
+
+
+def test_units_whose_outputs_go_nowhere_cannot_be_judged(cosim: Callable[..., Any]) -> None:
+    wired = system("wheel-pair")
+    loose = replace(wired, connections=wired.connections[:1], bonds=())
+    result = compare(loose, ["linear", "off"], stop=0.5, in_process=True, responses=False)
+    assert result.verdict is None
+    assert result.candidates[1].verdict is None
+    assert result.undecided == "no output of 'gyro' reaches a signal with a limit"
+    limits = Tolerances({"gyro.gimbal_angle": {"rms": 0.05}})  # of the unit itself, which differ whoever listens
+    assert compare(loose, ["linear", "off"], stop=0.5, in_process=True, responses=False, tolerances=limits).verdict is False
+    assert compare(loose, ["linear", "linear"], stop=0.5, in_process=True, responses=False, tolerances=limits).verdict is True
+    text = catalogue.systems()["wheel-pair"].read_text()
+    wire = next(line for line in text.splitlines(keepends=True) if 'startConnector="yaw_moment"' in line)
+    bond = next(line for line in text.splitlines(keepends=True) if "gc:Bond" in line)
+    Path("loose.ssd").write_text(text.replace(wire, "").replace(bond, ""))
+    code, out, err = cosim("compare", "loose.ssd", "--in-process", "--stop", "1", "--gyro", "linear", "--gyro", "off")
+    assert (code, err) == (1, "")
+    assert "verdict: cannot be decided: no output of 'gyro' reaches a signal with a limit" in out
+    assert "off: cannot be decided" in out
+    assert "yes" not in out
+
+
+def test_a_run_at_rest_decides_nothing() -> None:
+    still = system("wheel-pair").with_value("vehicle.yaw_angle", 0.0).with_value("vehicle.lateral_displacement", 0.0)
+    result = compare(still, ["linear", "off"], stop=0.5, in_process=True, responses=False)
+    assert result.verdict is None
+    assert result.undecided == "no signal with a limit that 'gyro' reaches moves"
+
+
+def test_what_fails_is_a_no_even_where_the_others_cannot_be_decided() -> None:
+    wired = system("wheel-pair")
+    loose = replace(wired, connections=wired.connections[:1], bonds=())
+    result = compare(loose, ["nonlinear", f"{HERE}:bursting", "linear"], stop=2.0, in_process=True, responses=False)
+    assert [c.verdict for c in result.candidates] == [True, False, None]
+    assert (result.verdict, result.undecided) == (False, "")
+
+
+def test_energy_that_is_nan_is_beyond_any_limit() -> None:
+    energy = UnitEnergy("gyro", 1.0, 0.0, 1.0, float("nan"), np.zeros(2))
+    run = compare(PLAN, ["linear", "linear"], stop=0.1, in_process=True, responses=False)
+    own = replace(run.candidates[1], energies=(energy,))
+    judged = _judged("gyro", run.candidates[0], own, Tolerances({"vehicle.*": {"rms": 1.0}}, created=0.5))
+    assert judged.verdict is False
+    assert judged.violations == ("gyro: creates nan of the energy that crosses, beyond 0.5",)

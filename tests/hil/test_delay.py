@@ -11,7 +11,7 @@ from frames import sine
 
 from gyro_cosim import Jacobi, simulate, system
 from gyro_cosim.cli.delay import remedy
-from gyro_cosim.comparison.candidates import five_percent
+from gyro_cosim.comparison.verdict import five_percent
 from gyro_cosim.hil.compensation import COMPENSATORS, Filter, Impulse, PassivityController, Polynomial, Uncompensated, delay_taps
 from gyro_cosim.hil.delay_margin import (
     DelayStudy,

@@ -112,7 +112,7 @@ def converge(
     if rungs < 2:
         raise ValueError(f"`rungs` must be at least 2, got {rungs}")
     monolith = Monolith(system)
-    reference = monolith.solve(np.arange(n + 1) * step).values  # over the time since the start: no component asks for more
+    reference = monolith.solve(np.arange(n + 1) * step).values  # over the time since the start: no component requires more
     steps = tuple(step / 2**i for i in range(rungs))
     work, done, errors_of_all = len(algorithms) * sum(2**i for i in range(rungs)), 0, []
     with open_network(system, in_process=in_process) as network:

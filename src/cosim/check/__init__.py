@@ -17,7 +17,15 @@ TIMEOUT = 60.0  # s that one probe of the binary may take
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing that is wrong: `rule` says which check found it, `message` names the thing, what must hold and what is."""
+    """One thing that is wrong.
+
+    Parameters
+    ----------
+    rule
+        Which check says so.
+    message
+        Names the thing, what must hold and what is, in one line.
+    """
 
     rule: str
     message: str
@@ -27,10 +35,24 @@ class Fault:
 
 
 def check(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
-    """The faults of the FMU at `path`, each one line; an empty list if there are none.
+    """The faults of an FMU.
 
-    timeout : seconds that one probe of the binary may take. ValueError if there is no such file; anything that is wrong
-    with the file itself is a fault.
+    Parameters
+    ----------
+    path
+        Of the FMU.
+    timeout
+        How long one probe of the binary may take, s.
+
+    Returns
+    -------
+    faults
+        Empty where there are none; anything that is wrong with the file itself is a fault.
+
+    Raises
+    ------
+    ValueError
+        Where there is no such file.
     """
     path = Path(path)
     if not path.is_file():

@@ -5,13 +5,16 @@ Exit codes: 0 done, 1 a run or a check that failed, 2 wrong use.
 
 import sys
 from collections.abc import Sequence
-from importlib import import_module
+from importlib import import_module, metadata
+from typing import Annotated, Any
 
 import typer
 
 from ..errors import RunError
 
-# Command -> its file in this folder. Only what is called is loaded: start-up is part of every command.
+# Command -> its file in this folder. Only what is called is loaded: start-up is part of every command. Other commands are
+# registered under the entry point group below, as `paper` is in pyproject.toml; a name of this list stays ours.
+GROUP = "gyro_cosim.commands"
 COMMANDS = {
     "list": "listing",
     "run": "run",
@@ -20,7 +23,6 @@ COMMANDS = {
     "converge": "converge",
     "compare": "compare",
     "delay": "delay",
-    "paper": "paper",
     "sweep": "sweep",
     "plot": "plot",
     "info": "info",
@@ -29,8 +31,14 @@ COMMANDS = {
 }
 
 
-def application(commands: Sequence[str]) -> typer.Typer:
-    """The command line with these commands."""
+def registered() -> dict[str, metadata.EntryPoint]:
+    """Name -> entry point of every command that comes with a field."""
+    entries = sorted(metadata.entry_points(group=GROUP), key=lambda entry: entry.name)
+    return {entry.name: entry for entry in entries if entry.name not in COMMANDS}
+
+
+def application(wanted: str = "") -> typer.Typer:
+    """The command line with one command, or with all of them."""
     app = typer.Typer(
         name="cosim",
         help="Co-simulation of a railway vehicle and its gyroscopic damper, and of FMUs in general.",
@@ -39,10 +47,27 @@ def application(commands: Sequence[str]) -> typer.Typer:
         rich_markup_mode=None,
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     )
-    app.callback()(lambda: None)  # with this a single command keeps its name
-    for name in commands:
-        app.command(name)(import_module(f"gyro_cosim.cli.{COMMANDS[name]}").command)
+    app.callback(invoke_without_command=True)(_top)  # with this a single command keeps its name
+    for name, file in COMMANDS.items():
+        if wanted in ("", name):
+            app.command(name)(import_module(f"gyro_cosim.cli.{file}").command)
+    for name, entry in {} if wanted in COMMANDS else registered().items():
+        if wanted in ("", name):
+            app.command(name)(_loaded(entry))
     return app
+
+
+def _loaded(entry: metadata.EntryPoint) -> Any:
+    try:
+        return entry.load()
+    except Exception as error:  # another package's code can fail in any way; people need one line
+        raise RuntimeError(f"command {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
+
+
+def _top(version: Annotated[bool, typer.Option("--version", help="print the version and leave")] = False) -> None:
+    if version:
+        print(f"gyro-cosim {metadata.version('gyro-cosim')}")
+        raise typer.Exit
 
 
 # The base of all complaints about the command line; typer keeps its module private.
@@ -52,9 +77,9 @@ Misuse: type[Exception] = next(base for base in typer.BadParameter.__mro__ if ba
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
-    wanted = [name for name in given[:1] if name in COMMANDS]
     try:
-        code = application(wanted or list(COMMANDS))(args=given or ["--help"], prog_name="cosim", standalone_mode=False)
+        wanted = given[0] if given and (given[0] in COMMANDS or given[0] in registered()) else ""
+        code = application(wanted)(args=given or ["--help"], prog_name="cosim", standalone_mode=False)
         return code if isinstance(code, int) else 0
     except Misuse as error:
         return _complain(error.format_message() if isinstance(error, typer.BadParameter) else str(error), 2)
@@ -71,5 +96,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _complain(message: str, code: int) -> int:
+    """Say what went wrong in one line."""
     print("cosim: " + " ".join(message.split()), file=sys.stderr)
     return code

@@ -3,10 +3,10 @@
 import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, overload
 
 import typer
 from rich.console import Console
@@ -14,8 +14,10 @@ from rich.table import Table
 
 from gyro_cosim.component.units import quantity
 
+from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
+from .settings import applied, words
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
 Gyro = Annotated[
@@ -25,59 +27,91 @@ Gyro = Annotated[
 Values = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="COMPONENT.PARAMETER=VALUE", help="a parameter or start value, with a unit if you like: 200rpm"
+        "--set",
+        metavar="COMPONENT.PARAMETER=VALUE",
+        help="a parameter or start value, with a unit if you like: gyro.rotor_speed=200rpm; or COMPONENT=VARIANT",
     ),
 ]
+Degree = Annotated[int, typer.Option("--degree", "--order", metavar="K", help="degree of the input extrapolation: 0, 1 or 2")]
+Degrees = Annotated[str, typer.Option("--degree", "--order", metavar="K,...", help="degrees of the input extrapolation")]
 InProcess = Annotated[bool, typer.Option("--in-process", help="run the components in this process instead of as FMUs")]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output")]
 
 
-def chosen_system(name: str, gyro: str | None, values: Sequence[str] | None) -> System:
+def chosen_system(name: str, gyro: str | None = None, values: Sequence[str] | None = None) -> System:
     """The system called `name` with the options --gyro and --set applied."""
-    system = named_system(name)
-    if gyro is not None:
-        system = system.with_source("gyro", gyro)
-    for text in values or ():
-        target, equals, value = text.partition("=")
-        if not equals:
-            raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUE, got {text!r}")
-        system = system.with_value(target.strip(), value.strip())
-    return system
+    return applied(named_system(name), gyro, values)
 
 
-def seconds(text: str | None, option: str) -> float | None:
-    """The time in `text` ("1ms", "60", "1 min") in s; None stays None."""
+@overload
+def seconds(text: str, option: str) -> float: ...
+@overload
+def seconds(text: None, option: str) -> None: ...
+@overload
+def seconds(text: str | None, option: str) -> float | None: ...
+@overload
+def seconds(text: str | None, option: str, default: float) -> float: ...
+def seconds(text: str | None, option: str, default: float | None = None) -> float | None:
+    """The time (s) in `text` ("1ms", "60", "1 min"), where the option was not given `default`; 0 is a time as any other."""
     if text is None:
-        return None
+        return default
     try:
         return quantity(text, "s")
     except ValueError as error:
         raise ValueError(f"{option} {error}") from None
 
 
+def degrees(text: str) -> list[int]:
+    """The degrees in "0,1,2"."""
+    if not words(text) or not all(word.isdecimal() for word in words(text)):
+        raise ValueError(f"--degree must be degrees such as 0,1,2, got {text!r}")
+    return [int(word) for word in words(text)]
+
+
+def needs(option: str, given: object, other: str, there: bool) -> None:
+    """Refuse an option that has no effect without another one."""
+    if given is not None and not there:
+        raise ValueError(f"{option} has no effect without {other}, got {given!r}")
+
+
 def console() -> Console:
     """Where people's words go: standard error, so that standard output can hold a document."""
-    return Console(stderr=True, highlight=False)
+    return Console(stderr=True, highlight=False, markup=False, emoji=False)
 
 
 def say(as_json: bool, document: Callable[[], dict[str, Any]], *words: str | Table) -> None:
-    """The result of a command: `words` for people on standard output, or with --json the document there instead."""
+    """The result of a command: `words` for people on standard output, or with --json the document there instead.
+
+    Names and messages are printed as they are: nothing in them is markup. JSON has no NaN and no Infinity: null stands for both.
+    """
     if as_json:
-        json.dump(document(), sys.stdout, indent=1, allow_nan=False)
+        json.dump(nulled(document()), sys.stdout, indent=1, allow_nan=False)
         sys.stdout.write("\n")
     else:
-        out = Console(highlight=False, width=None if sys.stdout.isatty() else 130)
-        for part in words:
-            out.print(part, markup=False) if isinstance(part, str) else out.print(part)
+        out = Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 130)
+        for word in words:
+            out.print(word)
+
+
+def nulled(value: Any) -> Any:
+    """`value` with None in the place of every number that is NaN or infinite; texts stay as they are."""
+    if isinstance(value, float):
+        return finite(value)
+    if isinstance(value, Mapping):
+        return {key: nulled(element) for key, element in value.items()}
+    if isinstance(value, list | tuple):
+        return [nulled(element) for element in value]
+    return value
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Callable[[float, float], None]]:
+def progress(what: str) -> Iterator[Progress]:
     """A progress bar for work longer than a second, where a person watches; called with (done, total)."""
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
 
-    bar = Progress(TextColumn(what), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeRemainingColumn(),
-                   console=console(), transient=True, disable=not sys.stderr.isatty())  # fmt: skip
+    bar = Bar(TextColumn("{task.description}", markup=False), BarColumn(), TextColumn("{task.percentage:3.0f} %"),
+              TimeRemainingColumn(), console=console(), transient=True, disable=not sys.stderr.isatty())  # fmt: skip
     task = bar.add_task(what, total=None)
     with bar:
         yield lambda done, total: bar.update(task, completed=done, total=total)

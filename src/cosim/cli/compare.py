@@ -9,8 +9,10 @@ from rich.table import Table
 
 from ..comparison.candidates import Candidate, Comparison, compare
 from ..coupling import ALGORITHMS, algorithm
-from .common import AsJson, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from .common import AsJson, Degree, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from .settings import Settings, settings
 
+VERDICTS = {True: "yes", False: "no", None: "cannot be decided"}
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
 
 
@@ -18,7 +20,7 @@ def command(
     system: SystemName,
     variants: Annotated[
         list[str] | None,
-        typer.Option("--gyro", metavar="VARIANT[,PARAMETER=VALUE...]", help="repeat; the first is the reference"),
+        typer.Option("--variant", "--gyro", metavar="VARIANT[,PARAMETER=VALUE...]", help="repeat; the first is the reference"),
     ] = None,
     set_: Values = None,
     component: Annotated[
@@ -28,41 +30,53 @@ def command(
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs")] = None,
     algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
-    order: Annotated[int, typer.Option(help="degree of the input extrapolation: 0, 1 or 2")] = 1,
+    degree: Degree = 1,
     in_process: InProcess = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the comparison, e.g. into a .png file")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run SYSTEM with every --gyro in turn and compare with the first: signals, energy, frequency response, a verdict.
+    """Run SYSTEM with every variant in turn and compare with the first: signals, energy, frequency response, a verdict.
 
-    Exit code 1 where a variant does not keep the tolerances. --set gyro.X=... goes to the variants that have an X.
+    --set gyro=A,B names the variants as two --variant do. --set gyro.X=... goes to the variants that have an X.
+    Exit code 1 unless the verdict is yes: every variant keeps the tolerances, on signals that it can change.
     """
     from .. import figures
     from ..comparison.tolerances import read as read_tolerances
 
-    values = []
-    for text in set_ or ():
-        target, equals, value = text.partition("=")
-        if not equals:
-            raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUE, got {text!r}")
-        values.append((target.strip(), value.strip()))
+    plan = chosen_system(system)
+    chosen = settings(set_ or (), plan)
+    component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)
-    plan = chosen_system(system, None, None)
     with progress(f"comparing on {plan.name}") as show:
         result = compare(
-            plan, variants or (), component=component, values=values, tolerances=limits, algorithm=algorithm(algorithm_, order),
+            plan, variants, component=component, values=chosen.values, tolerances=limits,
+            algorithm=algorithm(algorithm_, degree),
             step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
         )  # fmt: skip
     if plot is not None:
         from ..comparison.figures import comparison
 
         figures.save(comparison(result), plot)
-    say(as_json, lambda: document(result), *_words(result), *([f"wrote {plot}"] if plot else []))
+    say(as_json, lambda: document(result, degree), *_words(result), *([f"wrote {plot}"] if plot else []))
     return 0 if result.verdict else 1
 
 
-def document(result: Comparison) -> dict[str, Any]:
+def _exchanged(chosen: Settings, component: str | None, variants: list[str]) -> tuple[str | None, list[str]]:
+    """What is exchanged and its variants: as --component and --variant say, or as one --set COMPONENT=A,B does."""
+    if not chosen.variants:
+        return component, variants
+    (name, listed), *others = chosen.variants.items()
+    if others:
+        raise ValueError(f"compare exchanges one component, got variants of {' and '.join(chosen.variants)}")
+    if variants:
+        raise ValueError(f"--set {name}=... names the variants as --variant does: give one of the two, got both")
+    if component not in (None, name):
+        raise ValueError(f"--component must be the one that --set gives variants, {name!r}, got {component!r}")
+    return name, list(listed)
+
+
+def document(result: Comparison, degree: int) -> dict[str, Any]:
     """The comparison as JSON holds it; SI units, frequency responses as size and phase in rad."""
 
     def row(c: Candidate) -> dict[str, Any]:
@@ -84,7 +98,9 @@ def document(result: Comparison) -> dict[str, Any]:
 
     return {
         "system": result.system.name, "component": result.component, "reference": result.candidates[0].label,
-        "verdict": result.verdict, "tolerances": {"signals": result.tolerances.signals, "created": result.tolerances.created},
+        "degree": degree,
+        "verdict": result.verdict, "undecided": result.undecided or None,
+        "tolerances": {"signals": result.tolerances.signals, "created": result.tolerances.created},
         "variants": [row(c) for c in result.candidates],
     }  # fmt: skip
 
@@ -92,8 +108,8 @@ def document(result: Comparison) -> dict[str, Any]:
 def _words(result: Comparison) -> list[str | Table]:
     reference, *others = result.candidates
     assert reference.run is not None
-    members = result.system.addressed(result.component)
-    shown = [n for n in reference.differences if n.partition(".")[0] not in members or result.tolerances.limits(n)]
+    exchanged = result.system.addressed(result.component)
+    shown = [n for n in reference.differences if result.system.owner(n) not in exchanged or result.tolerances.limits(n)]
     moving = [n for n in shown if any(c.differences[n].rms > 0 for c in others if n in c.differences)]
     moving.sort(key=lambda n: -max(c.differences[n].rms for c in others if n in c.differences))
     shown = [n for n in shown if n in moving[:LONGEST_TABLE]]
@@ -122,12 +138,13 @@ def _words(result: Comparison) -> list[str | Table]:
     for c in others:
         more = len(c.violations) - LONGEST_LIST
         listed = [*c.violations[:LONGEST_LIST], *([f"and {more} more"] if more > 0 else [])]
-        words.append(f"{c.label}: {'yes' if c.verdict else 'no'}" + "".join(f"\n  {v}" for v in listed))
+        words.append(f"{c.label}: {VERDICTS[c.verdict]}" + "".join(f"\n  {v}" for v in listed))
         if c.ignored:
             words.append(f"  (has no {', '.join(c.ignored)})")
     if reference.ignored:
         words.append(f"({reference.label} has no {', '.join(reference.ignored)})")
-    return [*words, f"verdict: {'yes' if result.verdict else 'no'}, by tolerances {result.tolerances.where}"]
+    why = f": {result.undecided}" if result.verdict is None else f", by tolerances {result.tolerances.where}"
+    return [*words, f"verdict: {VERDICTS[result.verdict]}{why}"]
 
 
 def _energy_table(result: Comparison) -> Table:

@@ -9,11 +9,13 @@ from rich.table import Table
 from ..coupling import algorithm
 from .common import (
     AsJson,
+    Degrees,
     Gyro,
     InProcess,
     SystemName,
     Values,
     chosen_system,
+    degrees,
     finite,
     progress,
     say,
@@ -34,7 +36,7 @@ def command(
     algorithms: Annotated[
         str, typer.Option("--algorithm", metavar="A,B,...", help="coupling algorithms of cosim list")
     ] = "jacobi,gauss-seidel",
-    orders: Annotated[str, typer.Option("--order", metavar="K,...", help="degrees of the input extrapolation")] = "0,1,2",
+    degree: Degrees = "0,1,2",
     in_process: InProcess = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw errors over steps, e.g. into a .png file")] = None,
     as_json: AsJson = False,
@@ -47,12 +49,12 @@ def command(
     from ..accuracy.convergence import converge
 
     plan = chosen_system(system, gyro, set_)
-    coarsest = seconds(step, "--step") or 32 * plan.step
-    if any(not degree.strip().isdigit() for degree in orders.split(",")):
-        raise ValueError(f"--order must be degrees such as 0,1,2, got {orders!r}")
-    chosen = [algorithm(name.strip(), int(degree)) for name in algorithms.split(",") for degree in orders.split(",")]
+    coarsest = seconds(step, "--step", 32 * plan.step)
+    if not coarsest > 0.0:
+        raise ValueError(f"--step must be positive, got {step}")
+    chosen = [algorithm(name.strip(), k) for name in algorithms.split(",") for k in degrees(degree)]
     writable(plot, figures.check_format)
-    end = seconds(stop, "--stop") or plan.start + 125 * coarsest
+    end = seconds(stop, "--stop", plan.start + 125 * coarsest)
     with progress(f"ladder of {plan.name}") as show:
         result = converge(plan, chosen, step=coarsest, rungs=rungs, stop=end, in_process=in_process, progress=show)
     if plot is not None:
@@ -67,7 +69,7 @@ def command(
             "reference": result.reference,
             "algorithms": [
                 {
-                    "algorithm": ladder.algorithm.name, "order": ladder.algorithm.degree, "steps": ladder.steps,
+                    "algorithm": ladder.algorithm.name, "degree": ladder.algorithm.degree, "steps": ladder.steps,
                     "errors": [finite(e) for e in ladder.errors], "expected_order": ladder.algorithm.order,
                     "observed_order": finite(ladder.observed_order),
                 }

@@ -11,9 +11,8 @@ from ..coupling import ALGORITHMS, algorithm
 from ..hil.compensation import COMPENSATORS
 from ..hil.delay_margin import Compensation, DelayStudy, Margin
 from ..systems import System
-from .common import AsJson, Gyro, Values, chosen_system, progress, say, seconds, writable
-
-SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list) or an .ssd file")]
+from .common import AsJson, Degree, Gyro, SystemName, Values, chosen_system, progress, say, seconds, writable
+from .settings import assignment
 
 
 def command(
@@ -31,7 +30,7 @@ def command(
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs; 20 s otherwise")] = None,
     longest: Annotated[str, typer.Option(metavar="TIME", help="longest delay to look at")] = "0.5 s",
     algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
-    order: Annotated[int, typer.Option(help="degree of the input extrapolation: 0, 1 or 2")] = 1,
+    degree: Degree = 1,
     fmus: Annotated[bool, typer.Option("--fmus", help="run the components as FMUs")] = False,
     across: Annotated[
         str | None, typer.Option("--map", metavar="COMPONENT.PARAMETER=LOW:HIGH:N", help="draw the margin over it and the step")
@@ -44,8 +43,8 @@ def command(
     Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
     """
     from .. import figures
-    from ..comparison.candidates import five_percent
     from ..comparison.tolerances import read as read_tolerances
+    from ..comparison.verdict import five_percent
     from ..hil.delay_margin import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
@@ -53,8 +52,8 @@ def command(
     writable(plot, figures.check_format)
     plan = chosen_system(system, gyro, set_)
     setting = DelayStudy(
-        plan, seconds(step, "--step") or 10 * plan.step, seconds(stop, "--stop") or 20.0, component=component,
-        algorithm=algorithm(algorithm_, order), in_process=not fmus, longest=seconds(longest, "--longest") or 0.5,
+        plan, seconds(step, "--step", 10 * plan.step), seconds(stop, "--stop", 20.0), component=component,
+        algorithm=algorithm(algorithm_, degree), in_process=not fmus, longest=seconds(longest, "--longest"),
     )  # fmt: skip
     limits = five_percent(plan, setting.delayed) if tolerances is None else read_tolerances(tolerances)
     remedies = [remedy(name.strip()) for name in compensate.split(",")]
@@ -69,8 +68,8 @@ def command(
             kept = (verdict_by_model(s, limits) if exact else None, verdict_by_runs(s, limits, show))
         rows.append({"compensation": chosen.name, "stable": stable, "kept": kept})
     words: list[str | Table] = [
-        f"{plan.name}: largest delay of {setting.delayed}, macro step {setting.step * 1e3:g} ms, {setting.algorithm.name} with input "
-        f"degree {order}, runs to {setting.stop:g} s",
+        f"{plan.name}: largest delay of {setting.delayed}, macro step {setting.step * 1e3:g} ms, {setting.algorithm.name} with "
+        f"input degree {degree}, runs to {setting.stop:g} s",
         _table(rows, setting),
     ]
     if grid is not None and plot is not None:
@@ -90,8 +89,8 @@ def command(
             return {"model_s": pair[0].delay if pair[0] else None, "runs_s": pair[1].delay}
 
         return {
-            "system": plan.name, "component": setting.delayed, "step": setting.step, "stop": setting.stop, "longest": setting.longest,
-            "algorithm": setting.algorithm.name, "order": order,
+            "system": plan.name, "component": setting.delayed, "step": setting.step, "stop": setting.stop,
+            "longest": setting.longest, "algorithm": setting.algorithm.name, "degree": degree,
             "margins": [
                 {"compensation": r["compensation"], "stable": ways(r["stable"]), "tolerances": ways(r["kept"])} for r in rows
             ],
@@ -123,13 +122,12 @@ def _range(plan: System, text: str) -> tuple[str, Any, str]:
     from ..sweeps.axes import Listed, parse
     from ..sweeps.query import SystemQuery
 
-    name, equals, words = text.partition("=")
-    if not equals:
-        raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
+    rule = "--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..."
+    name, words = assignment(text, rule)
     with SystemQuery(plan, {}) as asked:
         axis = parse(name, words, lambda word: asked.value(name, word))
         if not isinstance(axis, Listed) or any(isinstance(value, str) for value in axis.values):
-            raise ValueError(f"--map must be COMPONENT.PARAMETER=LOW:HIGH:N or A,B,..., got {text!r}")
+            raise ValueError(f"{rule}, got {text!r}")
         return name, np.array(axis.values, dtype=float), asked.units[name]
 
 

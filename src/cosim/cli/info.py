@@ -3,7 +3,6 @@
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from ..master import open_network
@@ -93,7 +92,7 @@ def _fmu_words(found: dict[str, Any]) -> list[str | Table]:
     for v in found["variables"]:
         kind = v["type"] + (f"[{','.join(map(str, v['shape']))}]" if "shape" in v else "")
         start = v["start"] if len(v["start"]) <= 24 else v["start"][:21] + "..."
-        table.add_row(*map(escape, (v["name"], v["causality"], kind, v["unit"], start, v["description"])))
+        table.add_row(v["name"], v["causality"], kind, v["unit"], start, v["description"])
     return [*lines, "", table]
 
 
@@ -146,12 +145,12 @@ def _system_words(found: dict[str, Any]) -> list[str | Table]:
     for part in found["components"]:
         values = ", ".join(f"{name} = {value}" for name, value in part["values"].items())
         numbers = str(len(part["inputs"])), str(len(part["outputs"]))
-        parts.add_row(escape(part["name"]), escape(part["source"]), *numbers, escape(values))
+        parts.add_row(part["name"], part["source"], *numbers, values)
     wires = Table("from", "", "to", box=None, pad_edge=False)
     for wire in found["connections"]:
         same = wire["factor"] == 1.0 and wire["offset"] == 0.0
         change = "" if same else f" x {wire['factor']:.6g}" + (f" + {wire['offset']:.6g}" if wire["offset"] else "")
-        ends = [escape(f"{wire[end]} [{wire[f'unit_{end}']}]" if wire[f"unit_{end}"] else wire[end]) for end in ("from", "to")]
+        ends = [f"{wire[end]} [{wire[f'unit_{end}']}]" if wire[f"unit_{end}"] else wire[end] for end in ("from", "to")]
         wires.add_row(ends[0], f"->{change}", ends[1])
     lines += ["", parts, "", wires, ""]
     for part in found["components"]:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from .common import AsJson, progress, say
+from .common import AsJson, needs, progress, say
 
 
 def command(
@@ -30,6 +30,7 @@ def command(
     count = DRAWS if draws is None else draws
     if count < 0:
         raise ValueError(f"--draws must not be negative, got {count}")
+    needs("--seed", seed, "draws (--draws N)", count > 0)
     known: dict[str, str] = {}
     drawn: list[Path] = []
     if count:
@@ -41,8 +42,7 @@ def command(
     table = Table("id", "claim", "measured", "verdict", "sensitivity", show_lines=True)
     for claim in claims:
         note = f"\n({claim.note})" if claim.note else ""
-        told = f"{claim.claim} [{claim.where}]".replace("[", "\\[")
-        table.add_row(claim.id, told, claim.measured + note, claim.verdict, claim.sensitivity)
+        table.add_row(claim.id, f"{claim.claim} [{claim.where}]", claim.measured + note, claim.verdict, claim.sensitivity)
     document = {"claims": ledger.document(claims), "files": [str(file) for file in (*files, *drawn)]}
     say(as_json, lambda: document, table, *(f"wrote {file}" for file in (*files, *drawn)))
     return 0

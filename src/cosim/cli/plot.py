@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from .common import AsJson, say, writable
+from .settings import assignment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
 def command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="the results of cosim run or of cosim sweep")],
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="NAMES", help="signals of a run; X Y MEASURE, or X MEASURE, of a sweep")
+        list[str] | None,
+        typer.Argument(metavar="NAMES", help="signals of a run, * and ? are wild; X Y MEASURE, or X MEASURE, of a sweep"),
     ] = None,
     where: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUE", help="of a sweep, only the runs with this value of an axis")
@@ -51,16 +53,14 @@ def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
 
     table = load(file)
     for text in where:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals:
-            raise ValueError(f"--where must be NAME=VALUE, got {text!r}")
-        table = selected(table, name, value)
+        table = selected(table, *assignment(text, "--where must be NAME=VALUE"))
     return draw(table, names)
 
 
 def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
     from .. import figures
-    from ..trajectory import read_csv
+    from ..errors import unknown
+    from ..trajectory import matching, read_csv
 
     if where:
         raise ValueError(f"--where is for the file of a sweep, {str(file)!r} is none")
@@ -70,6 +70,10 @@ def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
         trajectory = read_csv(file)
     except (ValueError, StopIteration, UnicodeDecodeError) as error:
         raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote: {error}") from None
-    for name in names:
-        trajectory[name]  # names what is unknown
-    return figures.time_histories(trajectory, names or trajectory.names[:6], file.name)
+    chosen: list[str] = []
+    for pattern in names:
+        meant = matching(pattern, trajectory.names)
+        if not meant:
+            raise unknown("signal", pattern, trajectory.names)
+        chosen += [name for name in meant if name not in chosen]
+    return figures.time_histories(trajectory, chosen or trajectory.names[:6], file.name)

@@ -1,5 +1,6 @@
 """cosim run: one run of a system, a short summary, results in files."""
 
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,19 +13,23 @@ from ..errors import RunError
 from ..hil.realtime import Pacer
 from ..master import Options, Run, macro_steps, open_network
 from ..master import run as run_network
+from .assessments import Assessed, assessed, figure
 from .common import (
     AsJson,
+    Degree,
     Gyro,
     InProcess,
     SystemName,
     Values,
     chosen_system,
     console,
+    needs,
     progress,
     say,
     seconds,
     writable,
 )
+from .settings import assignment, words
 from .summary import certificate_document, certificate_words, document, summary
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
@@ -40,16 +45,18 @@ def command(
     ] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the run, such as 60 or 2min")] = None,
     algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
-    order: Annotated[int, typer.Option(help="degree of the input polynomials: 0, 1 or 2")] = 1,
+    degree: Degree = 1,
     sequence: Annotated[
-        str, typer.Option(metavar="A,B,...", help="order of stepping for gauss-seidel; else chosen by dependence")
+        str, typer.Option(metavar="A,B,...", help="sequence of stepping for gauss-seidel; else chosen by dependence")
     ] = "",
     substeps: Annotated[
-        list[str] | None, typer.Option(metavar="COMPONENT=N", help="a component that does each macro step in N parts")
+        list[str] | None, typer.Option(metavar="COMPONENT=N", help="a component that does each macro step in N smaller ones")
     ] = None,
     loops: Annotated[str, typer.Option(help="algebraic loops: solve or refuse")] = "solve",
     adaptive: Annotated[float | None, typer.Option(metavar="TOL", help="adapt the macro step to this relative tolerance")] = None,
-    estimate: Annotated[str, typer.Option(help="error estimate of --adaptive: doubling or energy")] = "doubling",
+    estimate: Annotated[
+        str | None, typer.Option(metavar="HOW", help="error estimate of --adaptive: doubling (the default) or energy")
+    ] = None,
     certify: Annotated[
         bool, typer.Option("--certify", help="estimate the coupling error of every output and the stability margin")
     ] = False,
@@ -58,18 +65,22 @@ def command(
     realtime: Annotated[
         bool, typer.Option("--realtime", help="pace the macro steps to the wall clock, and report on it")
     ] = False,
-    overrun: Annotated[str, typer.Option(help="a step that comes late with --realtime: count, skip or stop")] = "count",
-    priority: Annotated[int, typer.Option(help="real-time priority 1..99 with --realtime, where it is allowed")] = 0,
+    overrun: Annotated[
+        str | None, typer.Option(metavar="WHAT", help="a step that is late with --realtime: count (the default), skip or stop")
+    ] = None,
+    priority: Annotated[
+        int | None, typer.Option(metavar="N", help="real-time priority 1 to 99 with --realtime, where the system allows it")
+    ] = None,
     output: Annotated[Path | None, typer.Option(metavar="FILE", help="write the results to a .csv or .mat file")] = None,
     select: Annotated[
-        list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only, such as 'gyro.*'")
+        list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only; * and ? are wild: 'gyro.*'")
     ] = None,
     record_every: Annotated[int, typer.Option(metavar="N", help="record every N-th macro step")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the results, e.g. into a .png file")] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file now and then")
     ] = None,
-    every: Annotated[str, typer.Option(metavar="TIME", help="simulated time between checkpoints")] = "10s",
+    every: Annotated[str | None, typer.Option(metavar="TIME", help="simulated time between checkpoints; 10 s otherwise")] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -82,13 +93,23 @@ def command(
     from ..master.checkpoint import Checkpoint, Resume
 
     plan = chosen_system(system, gyro, set_)
-    chosen = algorithm(algorithm_, order, [name.strip() for name in sequence.split(",") if name.strip()])
-    given_step, given_start, given_stop = seconds(step, "--step"), seconds(start, "--start"), seconds(stop, "--stop")
-    h, end = plan.step if given_step is None else given_step, plan.stop if given_stop is None else given_stop
-    begin = plan.start if given_start is None else given_start
+    chosen = algorithm(algorithm_, degree, words(sequence))
+    h, end = seconds(step, "--step", plan.step), seconds(stop, "--stop", plan.stop)
+    begin = seconds(start, "--start", plan.start)
     steps = macro_steps(h, end, begin)
     if loops not in ("solve", "refuse"):
         raise ValueError(f"--loops must be solve or refuse, got {loops!r}")
+    if isolate and in_process and not any(component.source.endswith(".fmu") for component in plan.components):
+        raise ValueError("--isolate has no effect with --in-process where no component is an FMU file")
+    _one_of("--estimate", estimate, ("doubling", "energy"))
+    _one_of("--overrun", overrun, ("count", "skip", "stop"))
+    if priority is not None and not 1 <= priority <= 99:
+        raise ValueError(f"--priority must be 1 to 99, got {priority}")
+    interval = seconds(every, "--every", 10.0)
+    needs("--estimate", estimate, "--adaptive", adaptive is not None)
+    needs("--overrun", overrun, "--realtime", realtime)
+    needs("--priority", priority, "--realtime", realtime)
+    needs("--every", every, "--checkpoint", checkpoint is not None)
     if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
         raise ValueError("--certify needs an even macro step and all results of the whole run")
     writable(output, trajectory.check_format)
@@ -96,9 +117,8 @@ def command(
         from .. import figures
 
         writable(plot, figures.check_format)
-    interval = seconds(every, "--every") or 0.0
-    how: Any = None if adaptive is None else Adaptive(adaptive, estimate)  # type: ignore[arg-type]
-    pacer = _pacer(h, steps, overrun, priority, adaptive) if realtime else None
+    how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
+    pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
     failure: RunError | None = None
     certificate, uncertified = None, ""
     with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
@@ -130,24 +150,27 @@ def command(
                     certificate = certify_run(network, run, end, progress=show)
                 except RunError as error:  # the run itself stands
                     uncertified = f"no certificate: over shorter steps {error}"
-    written = _write(run, None if streamed else output, plot)
+    written = _write(run, None if streamed else output)
+    found = assessed(run.trajectory)
+    if plot is not None:
+        written.append(_plot(run, found, plot))
     written = [output, *written] if streamed and output is not None else written
     if failure is not None:
         for file in written:
-            console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}", markup=False)
+            console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}")
         if pacer is not None:
-            console().print(pacer.report().words(), markup=False)
+            console().print(pacer.report().words())
         raise failure
-    told = document(run) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
-    words = summary(run, in_process) + ([] if certificate is None else certificate_words(certificate))
+    told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
+    lines = summary(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
     if pacer is not None:
         told["realtime"] = pacer.report().document()
-        words.append(pacer.report().words())
-    say(as_json, lambda: told, *words, *(f"wrote {file}" for file in written))
+        lines.append(pacer.report().words())
+    say(as_json, lambda: told, *lines, *(f"wrote {file}" for file in written))
     if certify and run.status == "ended":
-        console().print("cosim: no certificate: the run has ended before its time", markup=False, soft_wrap=True)
+        console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
     if uncertified:
-        console().print(f"cosim: {uncertified}", markup=False, soft_wrap=True)
+        console().print(f"cosim: {uncertified}", soft_wrap=True)
     return 0 if run.status in ("done", "ended") and not uncertified else 1
 
 
@@ -158,14 +181,20 @@ def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float
     return Pacer(step, steps=steps, overrun=overrun, priority=priority)  # type: ignore[arg-type]
 
 
+def _one_of(option: str, given: str | None, known: tuple[str, ...]) -> None:
+    """Refuse a misspelt value, whether the option has an effect or not."""
+    if given is not None and given not in known:
+        raise ValueError(f"{option} must be one of {', '.join(known)}, got {given!r}")
+
+
 def _substeps(given: list[str] | None) -> dict[str, int]:
-    found = {}
+    rule, numbers = "--substeps must be COMPONENT=N", {}
     for text in given or ():
-        name, equals, parts = text.partition("=")
-        if not (name and equals and parts.isdigit()):
-            raise ValueError(f"--substeps must be COMPONENT=N, got {text!r}")
-        found[name] = int(parts)
-    return found
+        name, number = assignment(text, rule)
+        if not number.isdecimal():
+            raise ValueError(f"{rule}, got {text!r}")
+        numbers[name] = int(number)
+    return numbers
 
 
 def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
@@ -174,23 +203,20 @@ def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any
     return Recording(tuple(select or ()), every, stream)
 
 
-def _write(run: Run, output: Path | None, plot: Path | None) -> list[Path]:
-    if output is not None:
-        run.trajectory.save(output)
-    if plot is not None:
-        from .. import figures
-        from ..railway.assessment import assess
-        from ..railway.figures import along_track
+def _write(run: Run, output: Path | None) -> list[Path]:
+    if output is None:
+        return []
+    run.trajectory.save(output)
+    return [output]
 
-        title = f"{run.system.name}: " + ", ".join(f"{p.name} = {p.source.rpartition('/')[2]}" for p in run.system.components)
-        vehicles = assess(run.trajectory)
-        made = (
-            along_track(run.trajectory, vehicles[0], title)
-            if vehicles
-            else figures.time_histories(run.trajectory, _drawn(run), title)
-        )
-        figures.save(made, plot)
-    return [file for file in (output, plot) if file is not None]
+
+def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:
+    """Draw what the first field that has found something draws, else time histories."""
+    from .. import figures
+
+    title = f"{run.system.name}: " + ", ".join(f"{c.name} = {c.source.rpartition('/')[2]}" for c in run.system.components)
+    made = figure(found, run.trajectory, title)
+    return figures.save(figures.time_histories(run.trajectory, _drawn(run), title) if made is None else made, file)
 
 
 def _drawn(run: Run) -> list[str]:

@@ -27,7 +27,7 @@ def command(
     try:
         listen(
             slave, (host, port), once=once,
-            ready=lambda taken: console().print(f"{source} is at tcp://{host}:{taken}", markup=False),
+            ready=lambda taken: console().print(f"{source} is at tcp://{host}:{taken}"),
         )  # fmt: skip
     finally:
         slave.close()

@@ -1,25 +1,35 @@
 """What a run tells: as a document and in words."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.table import Table
 
 from ..accuracy.certificate import Certificate
 from ..master import Run
-from ..railway.assessment import Assessment, assess
+from . import assessments
+from .assessments import Assessed
 from .common import finite
 
 SHOWN = 30  # outputs up to which a summary lists every one
 
 
-def document(run: Run) -> dict[str, Any]:
-    """The run as JSON holds it; SI units but for values, which are in the units of their variables."""
-    return {
+def document(run: Run, found: Sequence[Assessed] = ()) -> dict[str, Any]:
+    """The run as JSON holds it; SI units but for values, which are in the units of their variables.
+
+    Parameters
+    ----------
+    run : Run
+        The run, whole or in part.
+    found : sequence of Assessed
+        What the registered fields found in it.
+    """
+    own = {
         "system": run.system.name,
-        "components": {part.name: part.source for part in run.system.components},
+        "components": {component.name: component.source for component in run.system.components},
         "step": run.step,
         "algorithm": run.algorithm.name,
-        "order": run.algorithm.degree,
+        "degree": run.algorithm.degree,
         "steps": run.steps,
         "status": run.status,
         "start": run.start,
@@ -33,19 +43,6 @@ def document(run: Run) -> dict[str, Any]:
         ],
         "coupling_warning": run.coupling_warning,
         "ended_by": run.ended_by,
-        "vehicles": [
-            {
-                "vehicle": v.vehicle,
-                "derailed": v.verdict.derailed,
-                "verdict": v.verdict.text,
-                "worst_derailment_coefficient": None
-                if v.worst is None
-                else {"wheel": v.worst.wheel, "value": v.worst.value, "distance": v.worst.distance},
-                "lateral": v.lateral,
-                "yaw": v.yaw,
-            }
-            for v in assess(run.trajectory)
-        ],
         "iterations": run.iterations,
         "rejections": run.rejections,
         "events": {"total": sum(run.events.values()), "components": dict(run.events)},
@@ -56,14 +53,26 @@ def document(run: Run) -> dict[str, Any]:
             "master_s": run.timing.master_s,
         },
     }
+    return own | assessments.documents(found, own)
 
 
-def summary(run: Run, in_process: bool) -> list[str | Table]:
+def summary(run: Run, in_process: bool, found: Sequence[Assessed] = ()) -> list[str | Table]:
+    """The run in words.
+
+    Parameters
+    ----------
+    run : Run
+        The run, whole or in part.
+    in_process : bool
+        Whether its components ran in this process instead of as FMUs.
+    found : sequence of Assessed
+        What the registered fields found in it.
+    """
     a, timing, trajectory = run.algorithm, run.timing, run.trajectory
     what = "components in this process" if in_process else "FMUs"
-    parts = ", ".join(f"{p.name} ({p.source})" for p in run.system.components[:8])
+    components = ", ".join(f"{c.name} ({c.source})" for c in run.system.components[:8])
     if len(run.system.components) > 8:
-        parts += f" and {len(run.system.components) - 8} more"
+        components += f" and {len(run.system.components) - 8} more"
     head = "" if run.status == "done" else f"{run.status} at t = {trajectory.t[-1]:g} s\n"
     head = f"{run.ended_by}\n" if run.status == "ended" else head
     slowest = sorted(timing.do_step_s.items(), key=lambda item: -item[1])[:8]
@@ -72,14 +81,14 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
     iterated = f", {run.iterations / run.steps:.1f} iterations a step" if run.iterations and run.steps else ""
     span = (f"from t = {run.start:.9g} s " if run.start else "") + f"to t = {trajectory.t[-1]:.9g} s"
     lines = [
-        f"{head}{run.system.name}: {parts}, as {what}",
+        f"{head}{run.system.name}: {components}, as {what}",
         f"{a.name}, input degree {a.degree}, {run.steps} {even} {span}{iterated}",
         f"took {timing.setup_s + timing.loop_s:.2f} s: set-up {timing.setup_s:.2f} s, loop {timing.loop_s:.2f} s, in it {spent}",
     ]
     table = Table("at the end", "value", "unit", box=None, pad_edge=False)
     table.columns[1].justify = "right"
     end = list(zip(trajectory.names, trajectory.units, trajectory.values[-1], strict=True))
-    if len(end) > SHOWN:  # of many outputs those that cross a wall
+    if len(end) > SHOWN:  # of many outputs those that cross an interface
         crossing = {".".join(c.start) for c in run.system.connections}
         end = [row for row in end if row[0] in crossing][:SHOWN]
         table.columns[0].header = f"at the end ({len(end)} of {len(trajectory.names)} outputs: what crosses between components)"
@@ -96,31 +105,16 @@ def summary(run: Run, in_process: bool) -> list[str | Table]:
             f"coupling energy residual {run.energy_residual:.3g} J over {len(bonds)} bonds; {most.share:.2g} of the "
             f"{most.exchanged:.3g} J on {most.name}, which carries most",
         ]
-    ride = [line for vehicle in assess(trajectory) for line in _ride(vehicle)]
     told = ", ".join(f"{name} {count}" for name, count in sorted(run.events.items(), key=lambda item: -item[1])[:8])
     more = f" and {len(run.events) - 8} more" if len(run.events) > 8 else ""
     events = [f"events: {sum(run.events.values())} ({told}{more})"] if run.events else []
     warning = [f"WARNING: {run.coupling_warning}"] if run.coupling_warning else []
     bonds = bonds or ["coupling energy residual: the system has no power bond"]
-    return [*lines, *events, "", table, "", *bonds, *warning, *ride]
-
-
-def _ride(vehicle: Assessment) -> list[str]:
-    """What a railway vehicle's run came to."""
-    worst = vehicle.worst
-    motion = "; ".join(
-        f"{pair}: y {vehicle.lateral[pair][0] * 1e3:.3g} mm ({vehicle.lateral[pair][1] * 1e3:.2g} at the end), "
-        f"psi {vehicle.yaw[pair][0] * 1e3:.3g} mrad ({vehicle.yaw[pair][1] * 1e3:.2g})"
-        for pair in vehicle.pairs
-    )
-    coefficient = "recorded too coarsely for the filter of EN 14363"
-    if worst is not None:
-        limit = "above" if worst.exceeded else "within"
-        coefficient = f"{worst.value:.3f} ({limit} its limit {worst.limit:g}), {worst.wheel}, s = {worst.distance:.1f} m"
-    return ["", f"{vehicle.vehicle} {vehicle.verdict.text}", f"largest Y/Q by EN 14363: {coefficient}", f"largest {motion}"]
+    return [*lines, *events, "", table, "", *bonds, *warning, *assessments.lines(found)]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:
+    """The certificate as JSON holds it; null where there is no estimate."""
     stability = certificate.stability
     return {
         "observed_order": finite(certificate.observed_order),
@@ -141,6 +135,7 @@ def certificate_document(certificate: Certificate) -> dict[str, Any]:
 
 
 def certificate_words(certificate: Certificate) -> list[str | Table]:
+    """The certificate in words."""
     table = Table("estimated coupling error", "largest", "at the end", "of a size of", "unit", box=None, pad_edge=False)
     for column in table.columns[1:4]:
         column.justify = "right"

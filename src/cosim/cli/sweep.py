@@ -6,7 +6,9 @@ from typing import Annotated, Any
 import typer
 
 from ..coupling import ALGORITHMS
-from .common import AsJson, SystemName, chosen_system, finite, progress, say, seconds
+from ..systems import System
+from .common import AsJson, Degrees, SystemName, chosen_system, degrees, finite, needs, progress, say, seconds
+from .settings import settings, words
 
 
 def command(
@@ -24,11 +26,11 @@ def command(
     algorithms: Annotated[
         str, typer.Option("--algorithm", metavar="A,B,...", help=f"coupling algorithms: {', '.join(ALGORITHMS)}")
     ] = "jacobi",
-    orders: Annotated[str, typer.Option("--order", metavar="K,...", help="degrees of the input extrapolation")] = "1",
+    degree: Degrees = "1",
     steps: Annotated[str | None, typer.Option("--step", metavar="H,...", help="macro steps, such as 1ms,2ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of every run")] = None,
     samples: Annotated[int | None, typer.Option("--lhs", metavar="N", help="sample the ranges by a Latin hypercube")] = None,
-    seed: Annotated[int, typer.Option(help="of the Latin hypercube")] = 0,
+    seed: Annotated[int | None, typer.Option(metavar="S", help="of the Latin hypercube; 0 otherwise")] = None,
     signals: Annotated[
         str, typer.Option(metavar="PATTERN,...", help="whose end, max and rms are kept; all outputs otherwise")
     ] = "",
@@ -48,13 +50,16 @@ def command(
     """
     from ..sweeps import Sweep, sweep
 
-    plan = chosen_system(system, None, None)
-    parameters, variants = _settings([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())])
+    plan = chosen_system(system)
+    needs("--seed", seed, "--lhs", samples is not None)
+    if scheduler is not None and workers is not None:
+        raise ValueError(f"--workers has no effect with --scheduler, got {workers}")
+    parameters, variants = _axes([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())], plan)
     what = Sweep(
         plan, parameters, variants,
-        algorithms=_words(algorithms), degrees=[_degree(word) for word in _words(orders)],
-        steps=[seconds(word, "--step") or 0.0 for word in _words(steps or "")], stop=seconds(stop, "--stop"),
-        samples=samples, seed=seed, signals=_words(signals),
+        algorithms=words(algorithms), degrees=degrees(degree),
+        steps=[seconds(word, "--step") for word in words(steps or "")], stop=seconds(stop, "--stop"),
+        samples=samples, seed=seed or 0, signals=words(signals),
     )  # fmt: skip
     file = output or Path(f"{plan.name}-sweep.npz")
     if not file.parent.is_dir():
@@ -71,40 +76,30 @@ def command(
 
     where = f"on {scheduler}" if scheduler else f"on {outcome.workers} worker(s), {outcome.busy:.0%} of their time in runs"
     left = outcome.runs - outcome.before - outcome.done
-    words = [
+    told = [
         f"{outcome.runs} runs of {plan.name}: {outcome.before} were in the file, {outcome.done} done now, {outcome.failed} of "
         f"them failed" + (f", {left} left" if left else ""),
         *([f"took {outcome.seconds:.1f} s, {where}"] if outcome.done else []),
         f"wrote {file}" if outcome.done else f"{file} is complete",
     ]
     if outcome.status == "interrupted":
-        words.append("interrupted; the same command goes on from here")
-    say(as_json, document, *words)
+        told.append("interrupted; the same command goes on from here")
+    say(as_json, document, *told)
     return 0 if outcome.status == "done" else 1
 
 
-def _settings(texts: list[str]) -> tuple[dict[str, str], dict[str, list[str]]]:
-    """Parameters (with a dot in the name) and variants (without) by target."""
+def _axes(texts: list[str], plan: System) -> tuple[dict[str, str], dict[str, tuple[str, ...]]]:
+    """Values and variants by target, each given once and with at least one of them."""
+    chosen = settings(texts, plan)
     parameters: dict[str, str] = {}
-    variants: dict[str, list[str]] = {}
-    for text in texts:
-        target, equals, value = (part.strip() for part in text.partition("="))
-        if not (target and equals and value):
-            raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUES or COMPONENT=VARIANTS, got {text!r}")
-        if target in parameters or target in variants:
+    for target, value in chosen.values:
+        if not value:
+            raise ValueError(f"--set must be COMPONENT.PARAMETER=VALUES or COMPONENT=VARIANTS, got '{target}='")
+        if target in parameters:
             raise ValueError(f"axis {target!r} must be given once, got it twice")
-        if "." in target:
-            parameters[target] = value
-        else:
-            variants[target] = _words(value)
-    return parameters, variants
-
-
-def _words(text: str) -> list[str]:
-    return [word.strip() for word in text.split(",") if word.strip()]
-
-
-def _degree(word: str) -> int:
-    if not word.isdecimal():
-        raise ValueError(f"--order must be degrees such as 0,1,2, got {word!r}")
-    return int(word)
+        parameters[target] = value
+    for name, variants in chosen.variants.items():
+        for variant in variants:
+            if "," in variant:
+                raise ValueError(f"a sweep takes variants of {name!r} without values of their own, got {variant!r}")
+    return parameters, chosen.variants

@@ -50,10 +50,10 @@ def _drawn(result: Comparison) -> list[str]:
     """Signals of the other components that move, then those of the units."""
     first = result.candidates[0].run
     assert first is not None
-    trajectory, members = first.trajectory, result.system.addressed(result.component)
+    trajectory, exchanged = first.trajectory, result.system.addressed(result.component)
     rank = {"rad": 0, "m": 1}
     return worth_drawing(
-        trajectory, SIGNALS, lambda name: (name.partition(".")[0] in members, rank.get(trajectory.unit(name), 2))
+        trajectory, SIGNALS, lambda name: (result.system.owner(name) in exchanged, rank.get(trajectory.unit(name), 2))
     )
 
 

@@ -45,25 +45,25 @@ class UnitEnergy:
         return self.created / self.exchanged if self.exchanged > 0.0 else 0.0
 
 
-def energies(network: Network, members: Sequence[str], trajectory: Trajectory) -> tuple[UnitEnergy, ...]:
-    """The energy of every one of `members` that has power bonds."""
+def energies(network: Network, components: Sequence[str], trajectory: Trajectory) -> tuple[UnitEnergy, ...]:
+    """The energy of every one of `components` that has power bonds."""
     t, Y = trajectory.t, trajectory.values
     found = []
-    for member in members:
+    for component in components:
         power = np.zeros(t.size)
-        bonds = [b for b in network.bonds if network.slaves[b.motion_input[0]].name == member]
+        bonds = [b for b in network.bonds if network.slaves[b.motion_input[0]].name == component]
         for bond in bonds:
             power -= watts(bond, network.units) * Y[:, bond.motion] * Y[:, bond.effort]
         if bonds:
             course = integral(t, power)
             exchanged = float(integral(t, np.abs(power))[-1])
-            created = _created(trajectory, member, float(course[-1]))
-            found.append(UnitEnergy(member, float(course[-1]), float(course.min()), exchanged, created, course))
+            created = _created(trajectory, component, float(course[-1]))
+            found.append(UnitEnergy(component, float(course[-1]), float(course.min()), exchanged, created, course))
     return tuple(found)
 
 
-def _created(trajectory: Trajectory, member: str, absorbed: float) -> float | None:
-    stored, lost, motor = (f"{member}.{name}" for name in BALANCE)
+def _created(trajectory: Trajectory, component: str, absorbed: float) -> float | None:
+    stored, lost, motor = (f"{component}.{name}" for name in BALANCE)
     if stored not in trajectory.names or lost not in trajectory.names:
         return None
     heat = trajectory[lost] - (trajectory[motor] if motor in trajectory.names else 0.0)

@@ -29,14 +29,38 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Taps:
-    """The coefficients of (1): b from j = 0, a from j = 1."""
+    """The coefficients of (1).
+
+    Parameters
+    ----------
+    b
+        From j = 0, shape (m,).
+    a
+        From j = 1, shape (n,).
+    """
 
     b: np.ndarray
     a: np.ndarray
 
 
 def delay_taps(d: float) -> np.ndarray:
-    """b of (2) for a delay of `d` macro steps."""
+    """b of (2).
+
+    Parameters
+    ----------
+    d
+        The delay in macro steps, whole or not.
+
+    Returns
+    -------
+    b
+        Shape (number of whole steps + 1,), one longer where `d` is not whole.
+
+    Raises
+    ------
+    ValueError
+        Where the delay is negative or not finite.
+    """
     if not (np.isfinite(d) and d >= 0.0):
         raise ValueError(f"a delay must not be negative, got {d:g} macro steps")
     m = int(np.floor(d + 1e-9))
@@ -64,7 +88,7 @@ class Compensator(ABC):
 
 @dataclass(frozen=True)
 class Uncompensated(Compensator):
-    """(2) alone."""
+    """The delay alone, (2)."""
 
     @property
     def name(self) -> str:
@@ -76,7 +100,15 @@ class Uncompensated(Compensator):
 
 @dataclass(frozen=True)
 class Polynomial(Compensator):
-    """(3). spacing : distance of the points over the delay."""
+    """Extrapolation over the delay, (3).
+
+    Parameters
+    ----------
+    degree
+        Of the polynomial, 1 or 2.
+    spacing
+        Distance of its points as a share of the delay.
+    """
 
     degree: int = 1
     spacing: float = 0.5
@@ -103,7 +135,13 @@ class Polynomial(Compensator):
 
 @dataclass(frozen=True)
 class Impulse(Compensator):
-    """(4). gain : g, below 1."""
+    """What was missed is returned once it is known, (4).
+
+    Parameters
+    ----------
+    gain
+        g, at least 0 and below 1.
+    """
 
     gain: float = 0.7
 
@@ -161,10 +199,17 @@ class Filter:
 
 @dataclass(frozen=True)
 class PassivityController:
-    """(6) on the sum over a unit's bonds. Energy in J; see gyro_cosim.comparison.unit_energy.
+    """A damper at the interface that lets a gyro unit give no more energy than it got, (6), summed over its bonds.
 
-    absorbed : what the unit has taken and the controller has let pass. motion, effort : sums of squares so far, for the bound.
+    Parameters
+    ----------
+    absorbed
+        Energy that the unit has taken and the controller has let pass, J; see gyro_cosim.comparison.unit_energy.
+    motion, effort
+        Sums of squares so far, for the bound.
 
+    Notes
+    -----
     What must have been absorbed is what the unit stores and has turned into heat, where it reports that: then the interface
     creates nothing. Else it is 0: then the unit never gives more than it got, but may give back what its damper took,
     which holds a growing oscillation only once that credit is spent.
@@ -177,9 +222,21 @@ class PassivityController:
     def corrected(
         self, u: np.ndarray, w: np.ndarray, h: float, required: float = 0.0
     ) -> tuple[np.ndarray, "PassivityController"]:
-        """The efforts for motions u and efforts w at a communication point, shape (bonds,), and the controller after it.
+        """What arrives at a communication point.
 
-        required : energy (J) that must have been absorbed by now.
+        Parameters
+        ----------
+        u, w
+            Motions and efforts, shape (bonds,).
+        h
+            The macro step, s.
+        required
+            Energy that must have been absorbed by now, J.
+
+        Returns
+        -------
+        efforts, controller
+            Shape (bonds,); the controller after the point.
         """
         uu, ww = float(u @ u), float(w @ w)
         motion, effort = self.motion + uu, self.effort + ww

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..comparison.candidates import judge
 from ..comparison.tolerances import Tolerances
+from ..comparison.verdict import judge
 from ..coupling import Algorithm, Jacobi
 from ..errors import RunError
 from ..master import Progress, Run, macro_steps, open_network, run
@@ -159,6 +159,7 @@ def by_runs(setting: DelayStudy, progress: Progress | None = None) -> Margin:
 def verdict_by_runs(setting: DelayStudy, tolerances: Tolerances, progress: Progress | None = None) -> Margin:
     """The largest delay whose run keeps the tolerances against the run without."""
     reference = _run(setting, 0.0, plain=True).trajectory
+    tolerances.check(reference.names)
 
     def kept(d: float) -> bool:
         try:
@@ -181,6 +182,7 @@ def verdict_by_model(setting: DelayStudy, tolerances: Tolerances) -> Margin:
         return Trajectory(start + np.arange(n + 1) * setting.step, model.names, model.units, values)
 
     reference = course(Uncompensated(), 0.0)
+    tolerances.check(reference.names)
 
     def kept(d: float) -> bool:
         found = course(setting.remedy.compensator, d)

@@ -13,12 +13,24 @@ from .compensation import Compensator, Filter, PassivityController, Uncompensate
 
 
 class DelayedSlave(Restorable, Counting):
-    """`slave`, whose efforts arrive `delay` (s) late; the other outputs (energies, angles) stay as they are.
+    """A slave whose efforts arrive late; the other outputs (energies, angles) stay as they are.
 
-    pairs : (place in u of the motion, row of y of the effort) of each bond.
-    step : the macro step (s), to which the delay is related; a last, shorter step counts as a whole one.
-    model : another slave with the same signals, for model-based prediction; it gets the same inputs.
-    passive : whether a passivity controller stands at the end.
+    Parameters
+    ----------
+    slave
+        The one behind the interface.
+    pairs
+        For each bond the place in u of the motion, and the row of y of the effort.
+    step
+        The macro step, s; a last, shorter step counts as a whole one.
+    delay
+        In s.
+    compensator
+        What stands at the receiving end.
+    model
+        Another slave with the same signals, for model-based prediction; it gets the same inputs.
+    passive
+        Whether a passivity controller stands at the end.
     """
 
     def __init__(

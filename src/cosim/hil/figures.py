@@ -1,4 +1,4 @@
-"""Figures about a rig in the unit's place: delay margins, the timing of a real-time run."""
+"""Figures about a test rig in the gyro unit's place: delay margins, the timing of a real-time run."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,19 @@ if TYPE_CHECKING:
 
 
 def delay_margins(result: "DelayMap", title: str) -> "Figure":
-    """Largest stable delay over a parameter, one line a macro step."""
+    """Draw the largest stable delay over a parameter, one line a macro step.
+
+    Parameters
+    ----------
+    result
+        Delays over the parameter and the macro step.
+    title
+        Above the figure.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
     for k, (step, row) in enumerate(zip(result.steps, result.delay, strict=True)):
@@ -29,7 +41,17 @@ def delay_margins(result: "DelayMap", title: str) -> "Figure":
 
 
 def timing(report: "Report") -> "Figure":
-    """How far the periods of a real-time run were off, and the latency step by step."""
+    """Draw how far the periods of a real-time run were off, and the latency step by step.
+
+    Parameters
+    ----------
+    report
+        Of the run's pacer.
+
+    Returns
+    -------
+    Figure
+    """
     fig, axes = figure(1, 2, (11.0, 4.0))
     counts, edges = report.histogram()
     axes[0, 0].bar(edges[:-1] * 1e6, counts, np.diff(edges) * 1e6, align="edge", color=COLOURS[0])

@@ -44,12 +44,24 @@ class RealTimeError(RunError):
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What the clock saw. Times in s.
+    """The timing of a run.
 
-    steps : macro steps begun. overruns : those that came after they were due; lost : periods given up by the policy skip.
-    period : between the beginnings of successive steps, shape (steps - 1,). latency : beginning after it was due, shape (steps,).
-    slack : what was left of the period when the step was asked for, negative for an overrun, shape (steps,).
-    locked, preferred : whether memory was locked, and the real-time scheduler used.
+    Parameters
+    ----------
+    wanted
+        The period, s.
+    policy
+        What was done about overruns.
+    overruns, lost
+        Macro steps that came after they were due; periods given up by the policy skip.
+    period
+        Between the beginnings of successive steps, s, shape (steps - 1,).
+    latency
+        How long after it was due each step began, s, shape (steps,).
+    slack
+        What was left of the period when the step came, negative for an overrun, s, shape (steps,).
+    locked, preferred
+        Whether memory was locked, and whether the real-time scheduler was used.
     """
 
     wanted: float
@@ -107,12 +119,22 @@ class Report:
 
 
 class Pacer:
-    """See the module's docstring.
+    """Paces a run to the wall clock; see the module's docstring.
 
-    period : of the macro steps (s), at least 0.1 ms. steps : how many to make room for; a longer run grows it.
-    spin : how long before it is due a step stops sleeping (s); at least the whole period means never to sleep.
-    grace : by how much a call may come late before it counts as an overrun (s).
-    priority : of the real-time scheduler SCHED_FIFO for this thread, 1 to 99, where the system allows it; 0 keeps the usual one.
+    Parameters
+    ----------
+    period
+        Of the macro steps, s, at least 0.1 ms.
+    steps
+        How many to make room for; a longer run makes more.
+    overrun
+        What to do about a step that comes late: "count", "skip" or "stop".
+    spin
+        How long before it is due a step stops sleeping, s; at least the whole period means never to sleep.
+    grace
+        By how much a call may come late before it counts as an overrun, s.
+    priority
+        Of the real-time scheduler SCHED_FIFO for this thread, 1 to 99, where the system allows it; 0 keeps the usual one.
     """
 
     def __init__(

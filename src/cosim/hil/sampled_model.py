@@ -26,10 +26,20 @@ from .compensation import Taps
 
 @dataclass(frozen=True, eq=False)
 class SampledModel:
-    """The linearised system; shapes with n states, u inputs, y outputs of all components.
+    """The linearised system, with n states, u inputs and y outputs of all components.
 
-    A (n, n), B (n, u), C (y, n), D (y, u), L (u, y), rate (n,), start (y,): outputs at the start.
-    delayed : places in y of the efforts that the component behind the delay sends over their bonds.
+    Parameters
+    ----------
+    A, B, C, D
+        Shapes (n, n), (n, u), (y, n) and (y, u); see the module's docstring.
+    L
+        The wiring, shape (u, y).
+    rate, start
+        x' and the outputs at the start, shapes (n,) and (y,).
+    names, units
+        Of the outputs.
+    delayed
+        Places in y of the efforts that the delayed components send over their bonds.
     """
 
     A: np.ndarray
@@ -44,7 +54,22 @@ class SampledModel:
     delayed: np.ndarray
 
     def one_step(self, taps: Taps, degree: int, h: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """M, m, and with w = W s the arriving values, shapes (s, s), (s,), (y, s); deviations from the start."""
+        """The map of a macro step, for deviations from the start.
+
+        Parameters
+        ----------
+        taps
+            Of delay and compensator.
+        degree
+            Of the extrapolation of inputs.
+        h
+            The macro step, s.
+
+        Returns
+        -------
+        M, m, W
+            Shapes (s, s), (s,) and (y, s); what arrives is w = W s.
+        """
         y, n = self.C.shape
         transition, G, forced = exact_step(self.A, self.B, h, self.rate)
         wired = np.flatnonzero(np.abs(self.L).any(axis=0))
@@ -99,7 +124,24 @@ class SampledModel:
 
 
 def linearise(system: System, component: str) -> SampledModel:
-    """The model of a system of catalogue components; ValueError where one has no equations here or a sampled part."""
+    """Linearise a system at its start.
+
+    Parameters
+    ----------
+    system
+        Of catalogue components, without sampled parts.
+    component
+        The component whose efforts arrive late, or what addresses several ("gyro").
+
+    Returns
+    -------
+    SampledModel
+
+    Raises
+    ------
+    ValueError
+        Where a component has no equations here, or `component` has no power bonds.
+    """
     components = with_equations(system)
     network = Network(system, [ComponentSlave(p.name, c) for p, c in zip(system.components, components, strict=True)])
     Y = network.initialize(0.0, 1.0)

@@ -5,8 +5,8 @@ gyroscopic dampers. What it states is quoted in the claims; every verdict is com
 
     cases, measures, pair_measures              the runs; what is measured of them, and verdicts
     wheel_pair, vehicle                         figures 2 to 4 and 6 to 10, claims C1 to C10
-    open_parameters, draws, *_draws             how far each claim holds: draws from the open parameters
-    chance, sensitivity*, studied               what the draws say
+    ledger                                      claims with computed verdicts
+    sensitivity                                 how far each claim holds: draws from what the paper does not give
 """
 
 import json
@@ -34,10 +34,25 @@ def reproduce(
     extent: Extent | None = None,
     progress: Progress | None = None,
 ) -> tuple[list[Claim], list[Path]]:
-    """Draw the figures into `folder`, write ledger.md and ledger.json there; returns the claims and the files.
+    """Draw the paper's figures and judge its claims.
 
-    full_vehicle : also figures 6 to 10, which take a minute or two. sensitivity : claim -> how far it holds, as studied()
-    says it. extent : how much is run for figures 6 to 10.
+    Parameters
+    ----------
+    folder
+        Where figures, ledger.md and ledger.json are written.
+    full_vehicle
+        Whether to draw figures 6 to 10 too, which take a minute or two.
+    sensitivity
+        Claim -> how far it holds, as `studied` says it.
+    extent
+        How much is run for figures 6 to 10.
+    progress
+        Called with the work done and the work in all.
+
+    Returns
+    -------
+    claims, files
+        The claims with their verdicts, and everything written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     claims, files = wheel_pair.reproduce(folder, progress=stage(progress, 0.0, PAIR if full_vehicle else 1.0))

@@ -34,10 +34,16 @@ RECORD = Recording(
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is run. straight : s on straight track, until what settles has settled.
+    """How much is run.
 
-    behind_slow, behind_fast : m of straight track behind the curve at 5 and at 8 m/s; y is to go back to 0 in the latter.
-    starts : lateral displacement of the front pair at the start, one run each, since what hunts in the flanges is chaotic.
+    Parameters
+    ----------
+    straight
+        Time on straight track, s, until what settles has settled.
+    behind_slow, behind_fast
+        Straight track behind the curve at 5 and at 8 m/s, m; y must return to 0 in the latter.
+    starts
+        Lateral displacement of the front pair at the start, one run each, since what hunts in the flanges is chaotic.
     """
 
     straight: float = 120.0
@@ -51,7 +57,7 @@ Key = tuple[str, int, str, int]  # parameter set, speed (m/s), gyro "off" or "on
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One run of the ledger: which it was, and what came out."""
+    """One run of the ledger: which it was, its trajectory, and what that says of the vehicle."""
 
     key: Key
     trajectory: Trajectory

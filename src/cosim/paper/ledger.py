@@ -7,9 +7,20 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Claim:
-    """One row of the ledger. `measured` holds numbers in words; `parts` says for each part of the claim whether it came out.
+    """One row of the ledger.
 
-    sensitivity : for how much of what the source leaves open the claim holds, in words; empty where nobody asked.
+    Parameters
+    ----------
+    id, where, claim
+        Its number, where the paper makes it, and what it says.
+    paper, measured
+        What the paper shows, and what was computed, in words with numbers.
+    parts
+        For each part of the claim, whether it holds.
+    note
+        Anything else.
+    sensitivity
+        For what share of the parameters not given in the paper the claim holds; empty where that was not studied.
     """
 
     id: str
@@ -23,7 +34,7 @@ class Claim:
 
     @property
     def verdict(self) -> str:
-        """ "reproduced" if every part of the claim came out, "not reproduced" if none did, else "partly" with what did not."""
+        """ "reproduced" if every part of the claim holds, "not reproduced" if none does, else "partly" with what does not."""
         missing = [name for name, holds in self.parts.items() if not holds]
         if not missing:
             return "reproduced"

@@ -1,6 +1,6 @@
 """What is measured of a run of the full vehicle, and the verdicts on claims C6 to C10 that follow from it.
 
-A verdict is a margin for each part of a claim: positive where the part came out, larger the more clearly it did. Comparisons of
+A verdict is a margin for each part of a claim: positive where the part holds, larger the more clearly it does. Comparisons of
 two sizes are decades (the logarithm to base 10 of their ratio), so that margins compare across parameters; only their sign
 decides. The ledger gives these functions the measures of several starts, the study of draws those of one.
 """
@@ -29,7 +29,7 @@ STEADY_YAW = (0.5e-3, 2e-3)  # rad; "about 0.001 rad"
 
 
 def climb(tr: Trajectory) -> float:
-    """The farthest any flange went over its rail: above 1 it left it. A number that is none counts as infinite."""
+    """The farthest any flange went over its rail: above 1 it left it. NaN counts as infinite."""
     ways = np.array([tr[name] for name in tr.names if name.endswith(CLIMB)])
     return float(np.where(np.isnan(ways), np.inf, ways).max())
 
@@ -69,7 +69,7 @@ def curve(tr: Trajectory) -> Measures:
 
 
 def holds(margins: Mapping[str, float]) -> dict[str, bool]:
-    """Which parts came out."""
+    """Which parts hold."""
     return {part: margin > 0.0 for part, margin in margins.items()}
 
 

@@ -1,6 +1,6 @@
 """The cases of the wheel pair, figures 2 to 4: roots and runs, and the margins of claims C1 to C4 that follow from them.
 
-As in gyro_cosim.paper.measures a part of a claim came out where its margin is positive.
+As in gyro_cosim.paper.measures a part of a claim holds where its margin is positive.
 """
 
 from collections.abc import Callable

@@ -26,9 +26,7 @@ FORCES = {
 Cases = Mapping[Key, Case]
 
 
-def reproduce(
-    folder: Path, *, extent: Extent | None = None, progress: Progress | None = None
-) -> tuple[list[Claim], list[Path]]:
+def reproduce(folder: Path, *, extent: Extent | None = None, progress: Progress | None = None) -> tuple[list[Claim], list[Path]]:
     """Draw figures 6 to 10 into `folder`; returns the claims C5 to C10 and the files."""
     extent = extent or Extent()
     cases = run_all(extent, progress)
@@ -133,7 +131,7 @@ def claims_9_and_10(cases: Cases) -> list[Claim]:
 
 
 def _of_set(name: str, parts: Mapping[str, bool]) -> dict[str, bool]:
-    return {f"{name}: {part}": came_out for part, came_out in parts.items()}
+    return {f"{name}: {part}": is_so for part, is_so in parts.items()}
 
 
 def _derailed(rows: list[measures.Measures]) -> str:

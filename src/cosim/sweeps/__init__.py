@@ -29,9 +29,20 @@ __all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "T
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a sweep came to: runs in all, those that were in the file before, done now, failed now, and the seconds it took.
+    """What a sweep has done.
 
-    busy : share of the workers' time that was spent in runs; nan on a cluster, whose workers may be others' too.
+    Parameters
+    ----------
+    runs, before, done, failed
+        Runs in all, those that were in the file before, those done now, and those of them that failed.
+    seconds
+        That it took.
+    workers
+        Processes on this machine.
+    busy
+        Share of the workers' time that was spent in runs; NaN on a cluster, whose workers may do other work too.
+    status
+        "done", or "interrupted" by Ctrl-C.
     """
 
     runs: int
@@ -53,12 +64,33 @@ def sweep(
     extend: bool = False,
     progress: Progress | None = None,
 ) -> Outcome:
-    """Do the runs that `file` does not hold yet, and put their rows there; a failed run is a row with its error.
+    """Do the runs that a file does not hold yet, and put their rows there; Ctrl-C ends the sweep with what is done.
 
-    file : ends in .npz, .csv or .parquet. workers : processes on this machine, one a core where None.
-    scheduler : address of a Dask scheduler, instead. extend : `file` may hold other runs over the same axes.
-    progress : called with runs done and runs in all, those of before left out.
-    Ctrl-C ends it with what is done. ValueError for wrong use; OSError where rows cannot be kept, with those before kept.
+    Parameters
+    ----------
+    what
+        The sweep.
+    file
+        Ends in .npz, .csv or .parquet; a failed run is a row with its error.
+    workers
+        Processes on this machine, one a core where None.
+    scheduler
+        Address of a Dask scheduler, whose workers do the runs instead.
+    extend
+        Whether the file may hold other runs over the same axes.
+    progress
+        Called with runs done and runs in all, without those that were in the file before.
+
+    Returns
+    -------
+    Outcome
+
+    Raises
+    ------
+    ValueError
+        For wrong use, and where the file holds another sweep.
+    OSError
+        Where rows cannot be kept; those before are.
     """
     if workers is not None and workers < 1:
         raise ValueError(f"the number of workers must be at least 1, got {workers}")
@@ -76,8 +108,8 @@ def sweep(
         at = {name: place for place, name in enumerate(plan.columns)}
         started = perf_counter()
         try:
-            team = Pool(plan.context, plan.files, count) if scheduler is None else Cluster(scheduler, plan.context, plan.files)
-            for rows in team.results(todo) if todo else ():
+            pool = Pool(plan.context, plan.files, count) if scheduler is None else Cluster(scheduler, plan.context, plan.files)
+            for rows in pool.results(todo) if todo else ():
                 store.append(rows)
                 done += len(rows)
                 failed += sum(row[at["status"]] == "failed" for row in rows)

@@ -20,7 +20,15 @@ Point = dict[str, Value]  # axis -> value, one run
 
 @dataclass(frozen=True)
 class Listed:
-    """An axis with its values."""
+    """An axis with its values.
+
+    Parameters
+    ----------
+    target
+        What the axis sets: `component.parameter`, a component, or a choice such as `step`.
+    values
+        All different, in the target's unit.
+    """
 
     target: str
     values: tuple[Value, ...]
@@ -35,7 +43,17 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranged:
-    """An axis that is sampled between `low` and `high`, evenly or evenly in the logarithm."""
+    """An axis that is sampled.
+
+    Parameters
+    ----------
+    target
+        What the axis sets, as `component.parameter`.
+    low, high
+        The ends of the range, in the target's unit.
+    log
+        Whether samples are spread evenly in the logarithm.
+    """
 
     target: str
     low: float
@@ -50,7 +68,26 @@ Axis = Listed | Ranged
 
 
 def parse(target: str, text: str, number: Callable[[str], Value]) -> Axis:
-    """The axis that `text` describes; `number` turns a value's text into the value, in the unit of the target."""
+    """The axis that a text describes; see the module's docstring.
+
+    Parameters
+    ----------
+    target
+        What the axis sets.
+    text
+        A list, LOW:HIGH:N or LOW:HIGH, with :log at the end of the latter two where wanted.
+    number
+        Turns a value's text into the value, in the unit of the target.
+
+    Returns
+    -------
+    Axis
+
+    Raises
+    ------
+    ValueError
+        Where the text describes none.
+    """
     if ":" not in text:
         return Listed(target, tuple(number(word.strip()) for word in text.split(",")))
     *words, last = (word.strip() for word in text.split(":"))
@@ -80,7 +117,31 @@ def _check_range(target: str, low: float, high: float, log: bool) -> None:
 
 
 def points(axes: Sequence[Axis], samples: int | None = None, seed: int = 0) -> list[Point]:
-    """Every run's values: the grid of the listed axes, times `samples` draws from the ranges (Latin hypercube, from `seed`)."""
+    """Every run's values: the grid of the listed axes, each point with all samples from the ranges.
+
+    Parameters
+    ----------
+    axes
+        All different.
+    samples
+        How many points a Latin hypercube draws from all ranges together; None without ranges.
+    seed
+        Of the Latin hypercube; the same seed draws the same points.
+
+    Returns
+    -------
+    points
+        Axis -> value, in the order of the axes.
+
+    Raises
+    ------
+    ValueError
+        Where an axis appears twice, or ranges and samples do not go together.
+
+    References
+    ----------
+    McKay, Beckman, Conover, A comparison of three methods for selecting values of input variables (1979).
+    """
     ranges = [axis for axis in axes if isinstance(axis, Ranged)]
     listed = [axis for axis in axes if isinstance(axis, Listed)]
     targets = [axis.target for axis in axes]

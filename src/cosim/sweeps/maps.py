@@ -18,7 +18,26 @@ MOST_CURVES = len(figures.COLOURS)
 
 
 def selected(table: Table, column: str, text: str) -> Table:
-    """The rows whose `column` has the value that `text` says, with a unit if need be; ValueError if there are none."""
+    """The rows with one value in a column.
+
+    Parameters
+    ----------
+    table
+        Of a sweep.
+    column
+        By name.
+    text
+        The value, with a unit where wanted.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    ValueError
+        Where no row has the value.
+    """
     from gyro_cosim.component.units import quantity
 
     known = table[column]
@@ -176,7 +195,24 @@ def _title(table: Table) -> str:
 
 
 def draw(table: Table, names: Sequence[str]) -> "Figure":
-    """A map of (x, y, measure), or curves of (x, measure)."""
+    """Draw a map of (x, y, measure), or curves of (x, measure).
+
+    Parameters
+    ----------
+    table
+        Of a sweep.
+    names
+        Two or three columns.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        For columns that cannot be drawn so.
+    """
     if len(names) == 3:
         return map_of(table, *names)
     if len(names) == 2:

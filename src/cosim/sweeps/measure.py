@@ -1,4 +1,4 @@
-"""Numbers of one's own that a sweep keeps of every run, from the run's trajectory: a verdict, a filtered maximum, a mean.
+"""The user's numbers that a sweep keeps of every run, from the run's trajectory: a verdict, a filtered maximum, a mean.
 
 A measure is a function that worker processes can import (at the top of a module, or of the script that sweeps). It gets
 the trajectory of all outputs at the communication points, as far as the run came, and returns one number a column.
@@ -15,7 +15,20 @@ from ..trajectory import Trajectory
 
 @dataclass(frozen=True)
 class Measure:
-    """of : the function. columns : column -> unit, "1" for a pure number; the function must return exactly these."""
+    """A function that measures a run.
+
+    Parameters
+    ----------
+    of
+        Takes the trajectory of a run and returns one number for each column.
+    columns
+        Column -> unit, "1" for a pure number; the function must return exactly these.
+
+    Raises
+    ------
+    ValueError
+        Where workers could not import the function, or there are no columns.
+    """
 
     of: Callable[[Trajectory], Mapping[str, float]]
     columns: Mapping[str, str]

@@ -30,10 +30,22 @@ UNITS = {"energy_residual": "J", "energy_exchanged": "J", "t_end": "s", "wall_s"
 class SweepContext:
     """What all runs of a sweep share; small, so that it goes to every worker.
 
-    system : the sources of its parts are keys of FMU files, as are the values of `variants`.
-    variants : component (or what addresses several) -> variant -> component -> key of its FMU.
-    defaults : the values of those CHOICES that are no axis. signals : whose measures are kept.
-    cases : case -> `component.parameter` -> value. measure : one's own, or None.
+    Parameters
+    ----------
+    system
+        The sources of its components are keys of FMU files, as are the values of `variants`.
+    variants
+        Component (or what addresses several) -> variant -> component -> key of its FMU.
+    defaults
+        The values of those CHOICES that are no axis.
+    stop
+        End of every run, s.
+    signals
+        Whose measures are kept.
+    cases
+        Case -> `component.parameter` -> value.
+    measure
+        The user's, or None.
     """
 
     system: System
@@ -46,7 +58,7 @@ class SweepContext:
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """The columns of what is measured of a run: of its signals, then one's own."""
+        """The columns of what is measured of a run: of its signals, then by the user's measure."""
         extra = tuple(self.measure.columns) if self.measure is not None else ()
         return (*(f"{signal}.{measure}" for signal in self.signals for measure in MEASURES), *extra)
 
@@ -73,9 +85,22 @@ class SweepContext:
 
 @dataclass(frozen=True)
 class Plan:
-    """A sweep: what its runs share, its axes, its runs by key, the locations of the FMUs by key, and what its file says of it.
+    """A sweep, ready to run.
 
-    units : column -> unit, where it has one. definition : as JSON; equal for equal sweeps.
+    Parameters
+    ----------
+    context
+        What its runs share.
+    axes
+        In the order of the columns.
+    runs
+        Key -> values of the axes.
+    files
+        Key of an FMU -> its location.
+    units
+        Column -> unit, where it has one.
+    definition
+        What the file says of the sweep, as JSON; equal for equal sweeps.
     """
 
     context: SweepContext
@@ -99,14 +124,28 @@ class Plan:
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a sweep is asked to do, in the words of the command line.
+    """What a sweep does, in the words of the command line.
 
-    values : `component.parameter` -> one value, or an axis as gyro_cosim.sweeps.axes describes it.
-    variants : component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
-    algorithms, degrees, steps (s) : one or several each. stop : s.
-    samples, seed : of the Latin hypercube over the ranges among `values`. signals : shell patterns; empty for all outputs.
-    cases : name -> values that are set together, `component.parameter` -> value: an axis `case` of the names.
-    measure : numbers of one's own from each run's trajectory.
+    Parameters
+    ----------
+    system
+        Of which all runs are.
+    values
+        `component.parameter` -> one value, or an axis as gyro_cosim.sweeps.axes describes it.
+    variants
+        Component -> its variants, such as {"gyro": ("linear", "nonlinear")}.
+    algorithms, degrees, steps
+        Coupling algorithms, degrees of extrapolation and macro steps (s), one or several each.
+    stop
+        End of every run, s; the system's where None.
+    samples, seed
+        Of the Latin hypercube over the ranges among `values`.
+    signals
+        Shell patterns; empty for all outputs.
+    cases
+        Name -> values that are set together, `component.parameter` -> value: an axis `case` of the names.
+    measure
+        Numbers of the user's from each run's trajectory.
     """
 
     system: System
@@ -123,7 +162,7 @@ class Sweep:
     measure: Measure | None = None
 
     def plan(self) -> Plan:
-        """Check it all against the components themselves, and count out the runs. ValueError for wrong use."""
+        """Check it all against the components themselves, and list the runs; ValueError for wrong use."""
         stop = self.system.stop if self.stop is None else self.stop
         steps = self.steps or (self.system.step,)
         for h in steps:

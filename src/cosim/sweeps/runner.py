@@ -42,7 +42,7 @@ class Runner:
         return row
 
     def _extra(self, run: Run | None) -> tuple[list[float] | None, str]:
-        """The numbers of one's own, None where there are none, and what went wrong with them."""
+        """The numbers of the user's measure, None where there are none, and what went wrong with them."""
         if self._context.measure is None or run is None:
             return None, ""
         try:

@@ -140,7 +140,22 @@ def journal_of(file: Path) -> Path:
 
 
 def load(file: Path) -> Table:
-    """All rows of a sweep file, those in its journal included; ValueError if there are none or it is something else."""
+    """All rows of a sweep file, those in its journal included.
+
+    Parameters
+    ----------
+    file
+        Of a sweep, of this or an older version.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    ValueError
+        Where there is no such file, or it is something else.
+    """
     tables = [read(file)] if file.exists() else []
     journal = journal_of(file)
     if journal.exists():

@@ -21,7 +21,15 @@ FORMATS = (".npz", ".csv", ".parquet")
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """head : see above. values : column -> shape (rows,), of float64 or text."""
+    """Rows of a sweep as columns.
+
+    Parameters
+    ----------
+    head
+        See the module's docstring.
+    values
+        Column -> shape (rows,), of float64 or text.
+    """
 
     head: dict[str, Any]
     values: dict[str, np.ndarray]

@@ -204,6 +204,10 @@ class System:
         self.addressed(chosen)
         return chosen
 
+    def owner(self, signal: str) -> str:
+        """The component whose signal `component.variable` is, or empty; a component's name may hold dots."""
+        return max((c.name for c in self.components if signal.startswith(f"{c.name}.")), key=len, default="")
+
     def with_source(self, name: str, source: str) -> "System":
         """The same system with the component(s) that `name` addresses made from another source.
 
@@ -252,8 +256,7 @@ class System:
         ValueError
             Where `target` has not that form or addresses no component. The variable is looked up when the system is opened.
         """
-        whole = [c.name for c in self.components if target.startswith(f"{c.name}.")]  # a component's name may hold dots
-        name = max(whole, key=len, default=target.partition(".")[0])
+        name = self.owner(target) or target.partition(".")[0]
         variable = target[len(name) + 1 :]
         if not (name and variable):
             raise ValueError(f"a value must be set as COMPONENT.PARAMETER=VALUE, got {target!r}")

@@ -1,4 +1,4 @@
-"""How far each claim of the paper holds: draws from the ranges of what it leaves open, and what they say.
+"""How far each claim of the paper holds: draws from the ranges of what it does not give, and what they say.
 
 open_parameters                 what may be drawn
 draws, pair_draws, vehicle_draws    a study and its rows

@@ -1,7 +1,7 @@
 """A study over the open parameters: the paper's cases for a Latin hypercube of draws, one row a draw, in one file.
 
-It is stored and run as a sweep is (cosim.sweeps): rows by key, a journal while it goes on, processes on all cores. So a study
-that was stopped goes on where it was, what was under way is run again, and a draw that fails is a row with its error.
+It is stored and run as a sweep is (gyro_cosim.sweeps): rows by key, a journal while it goes on, processes on all cores. So a
+study that was stopped goes on where it was, what was under way is run again, and a draw that fails is a row with its error.
 """
 
 import hashlib
@@ -91,7 +91,7 @@ class Study:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Of a row: key, what it is, parameters, fate, measures, and for each part of each claim 1 or 0, and its margin."""
+        """Of a row: key, what it is, parameters, outcome, measures, and for each part of each claim 1 or 0, and its margin."""
         targets = (parameter.target for parameter in self.subject.parameters)
         parts = (f"{c}: {p}{end}" for c, parts in self.subject.claims.items() for p in parts for end in ("", MARGIN))
         return ("run", *NAMED, *targets, *OUTCOME, *self.subject.measures, *parts)
@@ -158,9 +158,7 @@ class DrawRunner:
         self._bench.close()
 
 
-def carry_out(
-    study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None
-) -> Table:
+def carry_out(study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None) -> Table:
     """All rows of the study, doing those that `file` (.csv, .npz or .parquet) does not hold yet.
 
     progress : called with draws done and draws in all. ValueError if the file holds another study. Ctrl-C keeps what was done

@@ -3,7 +3,7 @@
 A claim holds in a draw where all its parts do; its margin is that of its worst part. What decides it is what its truth
 correlates with. Where nearly all draws agree, truth tells nothing, and the margin says at least what moves it: among draws that
 fail, though, it may be a matter of size only (the amplitude of a hunting vehicle grows with the clearance of its flanges).
-The ranking orders draws by how many parts of all claims come out at once: the rule by which a parameter set can be chosen from
+The ranking orders draws by how many parts of all claims hold at once: the rule by which a parameter set can be chosen from
 the open ranges and found again.
 """
 
@@ -61,7 +61,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A row by its score: how many parts of all claims came out, and how many whole claims."""
+    """A row by its score: how many parts of all claims hold, and how many whole claims."""
 
     kind: str
     draw: int
@@ -106,7 +106,7 @@ def _finding(study: Study, table: Table, claim: str, part: str, wheels: str) -> 
 
 
 def ranking(study: Study, table: Table) -> list[Ranked]:
-    """All rows, those where most parts came out first; among equals where most claims did, then in the table's order."""
+    """All rows, those where most parts hold first; among equals where most claims do, then in the table's order."""
     claims = study.subject.claims
     margins = {claim: np.array([margin_of(study, table, claim, p) for p in parts]) for claim, parts in claims.items()}
     parts = np.sum([(m > 0.0).sum(axis=0) for m in margins.values()], axis=0)

@@ -1,4 +1,4 @@
-"""What the paper leaves open: every parameter of a system whose row carries an assumed range, and draws from all ranges at once.
+"""What the paper does not give: every parameter of a system whose row carries an assumed range; draws from all ranges at once.
 
 The ranges come from the components' tables. Springs and dampers of the gimbal are counted by one number n (k = n k_z,
 c = n c_z), so both are drawn with the same share of their ranges, as TIED says.
@@ -31,7 +31,7 @@ class Open:
 
 
 def open_parameters(system: System) -> tuple[Open, ...]:
-    """Every parameter with an assumed range, of each component once; parts of one source are addressed together."""
+    """Every parameter with an assumed range, of each component once; components of one source are addressed together."""
     collected = []
     for address, part in addressed(system).items():
         collected += [
@@ -43,7 +43,7 @@ def open_parameters(system: System) -> tuple[Open, ...]:
 
 
 def addressed(system: System) -> dict[str, SystemComponent]:
-    """What addresses the parts of each source ("gyro" for gyro_front and gyro_rear), and the first of them."""
+    """What addresses the components of each source ("gyro" for gyro_front and gyro_rear), and the first of them."""
     firsts: dict[str, SystemComponent] = {}
     for part in system.components:
         alike = [p.name for p in system.components if p.source == part.source]

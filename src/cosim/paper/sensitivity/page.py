@@ -27,7 +27,7 @@ def page(study: Study, table: Table) -> str:
         _parts([f for f in rows_of_claims if f.part]),
         *_derailments(study, table),
         *_medians(study, table),
-        f"Ranking by the parts that come out at once, of {sum(map(len, subject.claims.values()))}:",
+        f"Ranking by the parts that hold at once, of {sum(map(len, subject.claims.values()))}:",
         _ranking(study, table, ranked),
         "The best draws:",
         _best(study, table, ranked),

@@ -1,11 +1,11 @@
 """The studies of draws behind the ledger's column `sensitivity`: of the wheel pair and of the full vehicle, and their files."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 from ... import figures
 from ...master import Progress, stage
+from ...sweeps import write_summary
 from . import figures as sensitivity_figures
 from . import pair_draws, vehicle_draws
 from .draws import Study, Subject, carry_out
@@ -25,9 +25,25 @@ def subjects(*, full_vehicle: bool = True) -> list[Subject]:
 def studied(
     folder: Path, draws: int, seed: int, of: list[Subject], *, workers: int | None = None, progress: Progress | None = None
 ) -> tuple[dict[str, str], list[Path]]:
-    """Claim -> how far it holds, from `draws` draws of each subject, and the files written into `folder`.
+    """Study how far each claim holds, by draws from what the paper does not give.
 
-    Rows stand in draws_SUBJECT_DRAWS_SEED.csv; those that are there already are not done again.
+    Parameters
+    ----------
+    folder
+        Where pages, figures and rows are written; rows that are in draws_SUBJECT_DRAWS_SEED.csv already are not done again.
+    draws, seed
+        How many draws of each subject, at least 1, and the seed of the Latin hypercube.
+    of
+        The subjects.
+    workers
+        Processes, one a core where None.
+    progress
+        Called with the work done and the work in all.
+
+    Returns
+    -------
+    texts, files
+        Claim -> how far it holds, in words; everything written.
     """
     if draws < 1:
         raise ValueError(f"the number of draws must be at least 1, got {draws}")
@@ -48,7 +64,7 @@ def studied(
         everything += here
     words, data = folder / "sensitivity.md", folder / "sensitivity.json"
     words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
-    data.write_text(json.dumps({"studies": documents}, indent=1) + "\n", encoding="utf-8")
+    write_summary(data, {"studies": documents})
     files += [words, data, figures.save(sensitivity_figures.shares(everything), folder / "claims_shares.png")]
     if any(finding.influences for finding in here):  # of what was studied last: the vehicle, whose parameters are many
         files.append(figures.save(sensitivity_figures.correlations(here), folder / "claims_correlations.png"))

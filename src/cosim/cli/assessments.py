@@ -1,0 +1,93 @@
+"""What a run says about its vehicle or plant: each field of engineering registers what it finds in a run.
+
+The master is general, so the command line asks whoever is installed. A package offers its field through the entry point group
+`gyro_cosim.assessments`, as `railway` does in pyproject.toml: the entry point names an object that is a Field.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from typing import TYPE_CHECKING, Any, Protocol
+
+from ..trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GROUP = "gyro_cosim.assessments"
+
+
+class Field(Protocol):
+    """A field of engineering, which knows its own things by the names of their signals.
+
+    Attributes
+    ----------
+    key : str
+        Under which its findings stand in `cosim run --json`, a list with one entry a thing, such as "vehicles".
+    """
+
+    key: str
+
+    def assess(self, trajectory: Trajectory) -> Sequence[Any]:
+        """One finding for each thing of this field whose signals were recorded; empty where there is none."""
+
+    def lines(self, finding: Any) -> Sequence[str]:
+        """A finding in words, as the summary of a run shows it."""
+
+    def document(self, finding: Any) -> Mapping[str, Any]:
+        """A finding as JSON holds it, SI units in the names of what is not in SI."""
+
+    def figure(self, finding: Any, trajectory: Trajectory, title: str) -> "Figure":
+        """The figure that `cosim run --plot` draws of it, in the place of plain time histories."""
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """What one field found in a run."""
+
+    field: Field
+    findings: tuple[Any, ...]
+
+
+def fields() -> list[Field]:
+    """Every registered field, by name. RuntimeError names one that cannot be loaded."""
+    return [_loaded(entry) for entry in sorted(metadata.entry_points(group=GROUP), key=lambda entry: entry.name)]
+
+
+def _loaded(entry: metadata.EntryPoint) -> Field:
+    try:
+        field: Field = entry.load()
+    except Exception as error:  # another package's code can fail in any way; people need one line
+        raise RuntimeError(f"assessment {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
+    for name in ("key", "assess", "lines", "document", "figure"):
+        if not hasattr(field, name):
+            raise RuntimeError(f"assessment {entry.name!r} ({entry.value}) must have {name!r}, {type(field).__name__} has none")
+    return field
+
+
+def assessed(trajectory: Trajectory) -> list[Assessed]:
+    """What every registered field finds in a run."""
+    return [Assessed(field, tuple(field.assess(trajectory))) for field in fields()]
+
+
+def documents(found: Sequence[Assessed], taken: Mapping[str, Any]) -> dict[str, Any]:
+    """The findings by their fields' keys, none of which may be among those that are taken."""
+    made: dict[str, Any] = {}
+    for one in found:
+        if one.field.key in taken or one.field.key in made:
+            raise RuntimeError(f"the key of an assessment must be its own, {one.field.key!r} is taken")
+        made[one.field.key] = [one.field.document(finding) for finding in one.findings]
+    return made
+
+
+def lines(found: Sequence[Assessed]) -> list[str]:
+    """All findings in words."""
+    return [line for one in found for finding in one.findings for line in one.field.lines(finding)]
+
+
+def figure(found: Sequence[Assessed], trajectory: Trajectory, title: str) -> "Figure | None":
+    """The figure of the first finding; None where nobody has found anything."""
+    for one in found:
+        for finding in one.findings:
+            return one.field.figure(finding, trajectory, title)
+    return None

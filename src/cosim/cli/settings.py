@@ -1,0 +1,106 @@
+"""What --set says: values of components, and which variants take a component's place. One parser for every command.
+
+    gyro.rotor_speed=200rpm               a value, COMPONENT.PARAMETER=VALUE
+    gyro=linear                           a variant, COMPONENT=VARIANT
+    gyro=linear,hil,rate_delay=5ms        several, the second with a value of its own
+
+`run` and its kind take one variant of a component, `compare` several, the first as the reference, `sweep` all of them in turn.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from ..systems import System
+
+_OWN = re.compile(r"[A-Za-z_][\w.\[\],]*\s*=")  # what a value of a variant begins with
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What several --set say.
+
+    Parameters
+    ----------
+    values : tuple of (str, str)
+        `component.parameter` and text, in the order given.
+    variants : dict of str to tuple of str
+        Component and its variants, each "SOURCE" or "SOURCE,PARAMETER=VALUE,...".
+    """
+
+    values: tuple[tuple[str, str], ...]
+    variants: dict[str, tuple[str, ...]]
+
+
+def assignment(text: str, rule: str) -> tuple[str, str]:
+    """Name and value in "NAME=VALUE"; the ValueError says `rule`, such as "--where must be NAME=VALUE"."""
+    name, equals, value = (word.strip() for word in text.partition("="))
+    if not (name and equals):
+        raise ValueError(f"{rule}, got {text!r}")
+    return name, value
+
+
+def words(text: str) -> list[str]:
+    """The words between commas, without what is empty."""
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def settings(texts: Iterable[str], system: System) -> Settings:
+    """What `texts`, each as after --set, say for a system; a name without a dot, or of a component, stands for a component.
+
+    Raises
+    ------
+    ValueError
+        Where a text has not that form, or a component gets its variants twice.
+    """
+    rule = "--set must be COMPONENT.PARAMETER=VALUE or COMPONENT=VARIANT"
+    components = {component.name for component in system.components}
+    values: list[tuple[str, str]] = []
+    variants: dict[str, tuple[str, ...]] = {}
+    for text in texts:
+        name, value = assignment(text, rule)
+        if "." in name and name not in components:
+            values.append((name, value))
+            continue
+        chosen = split_variants(value)
+        if not chosen:
+            raise ValueError(f"{rule}, got {text!r}")
+        if name in variants:
+            raise ValueError(f"--set must name the variants of component {name!r} once, got it twice")
+        variants[name] = chosen
+    return Settings(tuple(values), variants)
+
+
+def split_variants(text: str) -> tuple[str, ...]:
+    """The variants in "A,B,PARAMETER=VALUE,C": a value belongs to the variant before it."""
+    found: list[str] = []
+    for word in words(text):
+        if found and _OWN.match(word):
+            found[-1] += f",{word}"
+        else:
+            found.append(word)
+    return tuple(found)
+
+
+def applied(system: System, gyro: str | None, texts: Sequence[str] | None) -> System:
+    """The system with --gyro and --set of a command that runs one variant of each component."""
+    chosen = settings(texts or (), system)
+    if gyro is not None:
+        if "gyro" in chosen.variants:
+            raise ValueError(f"--gyro is short for --set gyro=VARIANT: give one of the two, got both ({gyro!r})")
+        system = system.with_source("gyro", gyro)
+    for name, variants in chosen.variants.items():
+        if len(variants) > 1:
+            raise ValueError(f"--set {name} must be one variant here (compare and sweep take several), got {', '.join(variants)}")
+        source, *own = variants[0].split(",")
+        system = system.with_source(name, source)
+        for text in own:
+            system = system.with_value(*_own(name, text))
+    for target, value in chosen.values:
+        system = system.with_value(target, value)
+    return system
+
+
+def _own(component: str, text: str) -> tuple[str, str]:
+    variable, value = assignment(text, "a variant must be SOURCE,PARAMETER=VALUE,...")
+    return f"{component}.{variable}", value

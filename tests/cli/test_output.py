@@ -1,0 +1,72 @@
+"""What people and programs read: names as they are, valid JSON."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import oscillators
+import pytest
+from rich.table import Table
+
+from gyro_cosim.cli.common import console, nulled, progress, say
+
+MARKED = "[red]x[/red] [0, 1] :smile: [/]"
+
+
+def test_json_holds_null_for_every_number_that_is_none_of_json(capsys: pytest.CaptureFixture[str]) -> None:
+    document = {"a": math.nan, "b": [1.0, -math.inf, (math.inf, "NaN, Infinity and -Infinity")], "NaN": {"c": None, "d": True}}
+    say(True, lambda: document)
+    said = capsys.readouterr().out
+    expected = {"a": None, "b": [1.0, None, [None, "NaN, Infinity and -Infinity"]], "NaN": {"c": None, "d": True}}
+    assert json.loads(said, parse_constant=pytest.fail) == nulled(document) == expected
+
+
+def test_a_diverging_run_is_told_in_valid_json(cosim: Callable[..., Any], tmp_path: Path) -> None:
+    """The undamped pair at a macro step beyond its stability: energies overflow, the document is still one."""
+    from gyro_cosim.ssp.packing import pack
+
+    pack(oscillators.pair(), tmp_path / "pair.ssp")
+    code, out, err = cosim("converge", "pair.ssp", "--step", "0.1", "--rungs", "2", "--stop", "0.4", "--json")
+    assert code == 2, out
+    assert "must be a component of the catalogue" in err
+    code, out, err = cosim("run", "pair.ssp", "--step", "2", "--stop", "3000", "--degree", "0", "--json")
+    assert code == 0, err
+    document = json.loads(out, parse_constant=pytest.fail)
+    assert document["energy_residual"] is None or math.isfinite(document["energy_residual"])
+
+
+def test_nothing_in_a_name_or_a_message_is_markup(capsys: pytest.CaptureFixture[str]) -> None:
+    table = Table("name", MARKED, box=None)
+    table.add_row(MARKED, "1")
+    say(False, dict, MARKED, table)
+    assert capsys.readouterr().out.count(MARKED) == 3
+    console().print(MARKED)
+    assert MARKED in capsys.readouterr().err
+
+
+def test_a_component_with_a_marked_name_is_run_and_shown_as_it_is(cosim: Callable[..., Any], tmp_path: Path) -> None:
+    from gyro_cosim import System, SystemComponent
+    from gyro_cosim.ssp.packing import pack
+
+    pack(System("[b]s[/b]", (SystemComponent(MARKED, f"{oscillators.HERE}:crossed"),), ()), tmp_path / "s.ssp")
+    for command in (("run", "s.ssp", "--stop", "0.1"), ("info", "s.ssp")):
+        code, out, err = cosim(*command)
+        assert code == 0, err
+        assert "[b]s[/b]" in out
+        assert MARKED in out
+    code, _, err = cosim("run", "s.ssp", "--set", f"{MARKED}.gain=[0, 1]")
+    assert code == 2
+    assert "[0, 1]" in err
+
+
+def test_a_bar_takes_any_name_and_tells_whom_it_is_given_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    from rich.progress import Progress as Bar
+
+    seen: list[Any] = []
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    monkeypatch.setattr(Bar, "update", lambda self, task, **how: seen.append((self.tasks[0].description, how)))
+    with progress("running {x} [b]y[/b]") as show:
+        show(1, 4)
+    assert seen == [("running {x} [b]y[/b]", {"completed": 1, "total": 4})]
