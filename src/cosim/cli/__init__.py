@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import RunError
+from .log import shown, verbosity
 
 # Command -> its file in this folder. Only what is called is loaded: start-up is part of every command. Other commands are
 # registered under the entry point group below, as `paper` is in pyproject.toml; a name of this list stays ours.
@@ -41,7 +42,8 @@ def application(wanted: str = "") -> typer.Typer:
     """The command line with one command, or with all of them."""
     app = typer.Typer(
         name="cosim",
-        help="Co-simulation of a railway vehicle and its gyroscopic damper, and of FMUs in general.",
+        help="Co-simulation of a railway vehicle and its gyroscopic damper, and of FMUs in general. Every command takes -v "
+        "for its log, in which FMUs speak, too, and -vv for all of it.",
         add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
@@ -76,11 +78,10 @@ Misuse: type[Exception] = next(base for base in typer.BadParameter.__mro__ if ba
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    times, given = verbosity(sys.argv[1:] if arguments is None else arguments)
     try:
-        wanted = given[0] if given and (given[0] in COMMANDS or given[0] in registered()) else ""
-        code = application(wanted)(args=given or ["--help"], prog_name="cosim", standalone_mode=False)
-        return code if isinstance(code, int) else 0
+        with shown(times):
+            return _run(given)
     except Misuse as error:
         return _complain(error.format_message() if isinstance(error, typer.BadParameter) else str(error), 2)
     except (typer.Abort, KeyboardInterrupt):
@@ -93,6 +94,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(f"{error.filename}: {error.strerror}" if error.filename else str(error), 1)
     except RuntimeError as error:
         return _complain(str(error), 1)
+
+
+def _run(arguments: list[str]) -> int:
+    """The exit code of a command without -v."""
+    wanted = arguments[0] if arguments and (arguments[0] in COMMANDS or arguments[0] in registered()) else ""
+    code = application(wanted)(args=arguments or ["--help"], prog_name="cosim", standalone_mode=False)
+    return code if isinstance(code, int) else 0
 
 
 def _complain(message: str, code: int) -> int:

@@ -1,5 +1,6 @@
 """The master: runs a system over macro steps and says what it cost and how much energy the coupling made."""
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -19,6 +20,8 @@ from .stepping import Options, Stepper
 from .time_grid import TimeGrid, macro_steps
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
+
+_log = logging.getLogger(__name__)
 
 Status = Literal["done", "ended", "interrupted", "failed"]
 
@@ -202,7 +205,9 @@ def open_network(
     cache = FmuCache()
     try:
         for part in system.components:
+            began = time.perf_counter()
             slaves.append(open_slave(part.name, part.source, in_process=in_process, isolate=isolate, cache=cache))
+            _log.info("opened %s (%s) in %.3f s", part.name, part.source, time.perf_counter() - began)
         return Network(system, slaves, substeps=substeps)
     except BaseException:
         for slave in slaves:

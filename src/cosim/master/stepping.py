@@ -6,6 +6,7 @@ Three ways, each an object with step(): one macro step by the algorithm itself (
 that adapts (Adapting). All of them write the points they reach into the same Rows, which recorder and energy meter take over.
 """
 
+import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -24,6 +25,8 @@ from .progress import Progress
 from .recording import Recorder, Recording
 from .state import RunState
 from .time_grid import TimeGrid
+
+_log = logging.getLogger(__name__)
 
 BEFORE = 4  # rows of outputs before the newest that a chunk begins with
 FIRST_CHUNK = 4  # macro steps of the inner loop's first chunk
@@ -212,6 +215,7 @@ class Stepper:
                 saved = self.state.history.t[0]
                 self.hand_over()
                 checkpoint.write(self._fingerprint, self._network, self.state, self._recorder)
+                _log.info("wrote the checkpoint %s after macro step %d", checkpoint.file, self.state.done)
 
     def _over(self) -> bool:
         return self.state.history.t[0] >= self._grid.stop or bool(self.state.ended_by)
@@ -222,6 +226,7 @@ class Stepper:
         if paced or not self._fits or not self._algorithm.degree <= done < self._grid.even:
             return self._plain
         if self._inner is None:
+            _log.info("inner loop from macro step %d on, %s", done + 1, "compiled" if self._compiled else "as Python runs it")
             checkpoint = options.checkpoint
             most = self._grid.n if checkpoint is None else max(1, round(checkpoint.every / self._grid.step))
             self._inner = Inner(self._network, self._algorithm, self._grid, self._rows, compiled=self._compiled, most=most)
