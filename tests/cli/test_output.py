@@ -23,20 +23,6 @@ def test_json_holds_null_for_every_number_that_is_none_of_json(capsys: pytest.Ca
     assert json.loads(said, parse_constant=pytest.fail) == nulled(document) == expected
 
 
-def test_a_diverging_run_is_told_in_valid_json(cosim: Callable[..., Any], tmp_path: Path) -> None:
-    """The undamped pair at a macro step beyond its stability: energies overflow, the document is still one."""
-    from gyro_cosim.ssp.packing import pack
-
-    pack(oscillators.pair(), tmp_path / "pair.ssp")
-    code, out, err = cosim("converge", "pair.ssp", "--step", "0.1", "--rungs", "2", "--stop", "0.4", "--json")
-    assert code == 2, out
-    assert "must be a component of the catalogue" in err
-    code, out, err = cosim("run", "pair.ssp", "--step", "2", "--stop", "3000", "--degree", "0", "--json")
-    assert code == 0, err
-    document = json.loads(out, parse_constant=pytest.fail)
-    assert document["energy_residual"] is None or math.isfinite(document["energy_residual"])
-
-
 def test_nothing_in_a_name_or_a_message_is_markup(capsys: pytest.CaptureFixture[str]) -> None:
     table = Table("name", MARKED, box=None)
     table.add_row(MARKED, "1")

@@ -316,7 +316,7 @@ def test_wrong_cases_and_measures_are_refused() -> None:
         (("--set", "gyro.rotor_speed"), "--set must be COMPONENT.PARAMETER=VALUE or COMPONENT=VARIANT, got"),
         (("--set", "gyro.rotor_speed=1:2:3", "--step", "1"), "`step` must be at most the run's length of 0.05 s, got 1 s"),
         (("--algorithm", "jacobi,magic"), "algorithm must be one of jacobi"),
-        (("--order", "0,x"), "--degree must be degrees such as 0,1,2, got 'x'"),
+        (("--order", "0,x"), "--degree must be degrees such as 0,1,2, got '0,x'"),
         (("--order", "0,1", "--signals", "gyro.eta"), "unknown signal 'gyro.eta'"),
         (("--order", "0,1", "--workers", "0"), "the number of workers must be at least 1, got 0"),
         (("--order", "0,1", "--output", "a.xls"), "sweep file must end in .npz, .csv, .parquet, got 'a.xls'"),

@@ -8,6 +8,7 @@ import hashlib
 import os
 import platform
 import tempfile
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata, resources, util
 from pathlib import Path
@@ -24,7 +25,13 @@ GROUP = "gyro_cosim"
 @cache
 def components() -> dict[str, dict[str, str]]:
     """Package -> variant -> "module:function", for every installed package that offers components."""
-    return {entry.name: dict(entry.load()) for entry in sorted(_entries("components"))}
+    found = {}
+    for entry in sorted(_entries("components")):
+        try:
+            found[entry.name] = dict(entry.load())
+        except Exception as error:  # another package's code can fail in any way; people need one line
+            raise ValueError(f"components {entry.name!r} ({entry.value}) cannot be loaded: {error}") from error
+    return found
 
 
 @cache
@@ -58,7 +65,23 @@ def resolve(spec: str) -> str:
 
 
 def component(spec: str) -> Any:
-    """The component (component.Component) that `spec` names, made anew."""
+    """The component that `spec` names, made anew.
+
+    Parameters
+    ----------
+    spec : str
+        As resolve() takes it.
+
+    Returns
+    -------
+    gyro_cosim.component.Component
+        Its table of variables and its functions.
+
+    Raises
+    ------
+    ValueError
+        Where it is not there, cannot be loaded, or is no component.
+    """
     head, _, name = resolve(spec).rpartition(":")
     if head.endswith(".py"):
         module_spec = util.spec_from_file_location(Path(head).stem, head)
@@ -73,7 +96,11 @@ def component(spec: str) -> Any:
             raise ValueError(f"component file {head!r} must define {name!r}")
         made = getattr(module, name)
     else:
-        made = resolve_name(components()[head][name])
+        value = components()[head][name]
+        try:
+            made = resolve_name(value)
+        except (ImportError, AttributeError, ValueError) as error:  # of another package, perhaps with names of before 0.2.0
+            raise ValueError(f"component {head}:{name} ({value}) cannot be loaded: {error}") from error
     made = made() if callable(made) else made
     if not (hasattr(made, "rhs") and hasattr(made, "variables")):
         raise ValueError(f"component {spec!r} must be a Component, got {type(made).__name__}")
@@ -87,21 +114,52 @@ def spec_of_fmu(file_name: str) -> str | None:
 
 
 def export(spec: str, directory: Path, **options: Any) -> list[Path]:
-    """Write the FMUs of a component with the installed exporter; `options` are the exporter's own."""
+    """Write the FMUs of a component with the installed exporter.
+
+    Parameters
+    ----------
+    spec : str
+        As resolve() takes it.
+    directory : Path
+        Where to write.
+    **options
+        The exporter's own.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
+    return _exported(component(spec), directory, **options)
+
+
+def _exported(made: Any, directory: Path, **options: Any) -> list[Path]:
     (entry, *_) = _entries("exporters")
-    files: list[Path] = entry.load()(component(spec), directory, **options)
+    files: list[Path] = entry.load()(made, directory, **options)
     return files
 
 
 def fmu(spec: str) -> Path:
-    """The FMI 2.0 FMU of a component for this machine, built if its sources have changed since it was built last."""
+    """The FMI 2.0 FMU of a component for this machine, built if anything that decides its content has changed since.
+
+    Parameters
+    ----------
+    spec : str
+        As resolve() takes it.
+
+    Returns
+    -------
+    Path
+        The file, in the user's cache.
+    """
     spec = resolve(spec)
-    folder = cache_folder() / _fingerprint(spec)
+    made = None if _is_ours(spec) else component(spec)
+    folder = cache_folder() / _fingerprint(spec, made)
     built = list(folder.glob("*.fmu"))
     if not built:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
-            built = export(spec, Path(scratch) / "fmu")
+            built = _exported(component(spec) if made is None else made, Path(scratch) / "fmu")
             try:
                 (Path(scratch) / "fmu").rename(folder)
             except OSError:  # another process built the same in the meantime
@@ -116,18 +174,38 @@ def cache_folder() -> Path:
     return Path(os.environ.get("GYRO_COSIM_CACHE") or platformdirs.user_cache_dir("gyro-cosim")) / "fmu"
 
 
-def _fingerprint(spec: str) -> str:
-    """A hash of all that decides what the FMU of `spec` contains: model, contract and exporter sources, tools, machine."""
-    head = spec.rpartition(":")[0]
+def _module(spec: str) -> str:
+    """The module that makes a component; empty for a file."""
+    head, _, name = spec.rpartition(":")
+    return "" if head.endswith(".py") else components()[head][name].partition(":")[0]
+
+
+def _is_ours(spec: str) -> bool:
+    """Whether a component stands in this package, where its folder, the contract and the exporter decide on all of it."""
+    return _module(spec).startswith("gyro_cosim.")
+
+
+def _fingerprint(spec: str, made: Any) -> str:
+    """A hash of all that decides on the FMU of `spec`: the model, the contract's and the exporter's sources, tools, machine.
+
+    The model is the sources of its folder where it is ours, for they are read faster than it is made. Anyone else's may come
+    from anywhere, and so the component `made` of it is hashed: its table, its functions, its equations.
+    """
     (entry, *_) = _entries("exporters")
-    packages = ["gyro_cosim.component", entry.module]
-    files = [Path(head)] if head.endswith(".py") else []
-    packages += [] if files else [components()[head][spec.rpartition(":")[2]].partition(":")[0].rpartition(".")[0]]
+    packages = ["gyro_cosim.component", entry.module, *([] if made is not None else [_module(spec).rpartition(".")[0]])]
+    tools = (metadata.version("casadi"), metadata.version("gyro-cosim"), platform.platform(), os.environ.get("CC"))
+    digest = hashlib.sha256(repr((spec if made is None else _content(made), tools)).encode())
     for package in packages:
-        found = util.find_spec(package)
-        for root in (found.submodule_search_locations or ()) if found else ():
-            files += [f for f in sorted(Path(root).rglob("*")) if f.is_file() and "__pycache__" not in f.parts]
-    digest = hashlib.sha256(f"{spec} {metadata.version('casadi')} {platform.platform()} {os.environ.get('CC')}".encode())
-    for file in files:
-        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+        place = util.find_spec(package)
+        for root in (place.submodule_search_locations or ()) if place else ():
+            for file in sorted(Path(root).rglob("*")):
+                if file.is_file() and "__pycache__" not in file.parts:
+                    digest.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:20]
+
+
+def _content(made: Any) -> list[tuple[str, str]]:
+    """What a component is, name by name: CasADi functions as they are serialized, everything else as it is shown."""
+    names = [field.name for field in fields(made)] if is_dataclass(made) else sorted(vars(made))
+    values = [(name, getattr(made, name)) for name in names]
+    return [(name, value.serialize() if hasattr(value, "serialize") else repr(value)) for name, value in values]
