@@ -152,6 +152,8 @@ def test_differences_at_rounding_need_not_shrink() -> None:
     assert certificate.no_estimate == ""
     assert np.isnan(certificate.observed_order)
     assert all(e.largest < 1e-9 * e.size for e in certificate.errors)
+    for scale, seen in ((1e-12, False), (1e-6, True)):  # shares that grow: at rounding they say nothing
+        assert np.isfinite(certificate_module._observed_order([3 * scale, 4 * scale])) == seen
 
 
 def test_the_command_line_says_that_there_is_no_estimate(
