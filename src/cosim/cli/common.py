@@ -14,6 +14,7 @@ from rich.table import Table
 
 from gyro_cosim.component.units import quantity
 
+from ..coupling import ALGORITHMS
 from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
@@ -32,6 +33,7 @@ Values = Annotated[
         help="a parameter or start value, with a unit if you like: gyro.rotor_speed=200rpm; or COMPONENT=VARIANT",
     ),
 ]
+AlgorithmName = Annotated[str, typer.Option("--algorithm", metavar="NAME", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")]
 Degree = Annotated[int, typer.Option("--degree", "--order", metavar="K", help="degree of the input extrapolation: 0, 1 or 2")]
 Degrees = Annotated[str, typer.Option("--degree", "--order", metavar="K,...", help="degrees of the input extrapolation")]
 InProcess = Annotated[bool, typer.Option("--in-process", help="run the components in this process instead of as FMUs")]

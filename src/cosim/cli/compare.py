@@ -1,4 +1,4 @@
-"""cosim compare: the same run with several variants of a unit, and a verdict."""
+"""cosim compare: the same run with several variants of a component, and a verdict."""
 
 import cmath
 from pathlib import Path
@@ -8,8 +8,21 @@ import typer
 from rich.table import Table
 
 from ..comparison.candidates import Candidate, Comparison, compare
-from ..coupling import ALGORITHMS, algorithm
-from .common import AsJson, Degree, InProcess, SystemName, Values, chosen_system, finite, progress, say, seconds, writable
+from ..coupling import algorithm
+from .common import (
+    AlgorithmName,
+    AsJson,
+    Degree,
+    InProcess,
+    SystemName,
+    Values,
+    chosen_system,
+    finite,
+    progress,
+    say,
+    seconds,
+    writable,
+)
 from .settings import Settings, settings
 
 VERDICTS = {True: "yes", False: "no", None: "cannot be decided"}
@@ -20,7 +33,12 @@ def command(
     system: SystemName,
     variants: Annotated[
         list[str] | None,
-        typer.Option("--variant", "--gyro", metavar="VARIANT[,PARAMETER=VALUE...]", help="repeat; the first is the reference"),
+        typer.Option(
+            "--variant",
+            "--gyro",
+            metavar="VARIANT[,PARAMETER=VALUE...]",
+            help="give it several times; the first is the reference",
+        ),
     ] = None,
     set_: Values = None,
     component: Annotated[
@@ -29,7 +47,7 @@ def command(
     tolerances: Annotated[Path | None, typer.Option(metavar="FILE", help="a .toml file of limits; 5 % otherwise")] = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs")] = None,
-    algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
+    algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
     in_process: InProcess = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the comparison, e.g. into a .png file")] = None,

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from ..coupling import ALGORITHMS, algorithm
+from ..coupling import algorithm
 from ..hil.compensation import COMPENSATORS
 from ..hil.delay_margin import Compensation, DelayStudy, Margin
 from ..systems import System
-from .common import AsJson, Degree, Gyro, SystemName, Values, chosen_system, progress, say, seconds, writable
+from .common import AlgorithmName, AsJson, Degree, Gyro, SystemName, Values, chosen_system, progress, say, seconds, writable
 from .settings import assignment
 
 
@@ -28,12 +28,15 @@ def command(
     tolerances: Annotated[Path | None, typer.Option(metavar="FILE", help="a .toml file of limits; 5 % otherwise")] = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step; ten times the system's own otherwise")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs; 20 s otherwise")] = None,
-    longest: Annotated[str, typer.Option(metavar="TIME", help="longest delay to look at")] = "0.5 s",
-    algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
+    longest: Annotated[str, typer.Option(metavar="TIME", help="longest delay that is tried")] = "0.5 s",
+    algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
     fmus: Annotated[bool, typer.Option("--fmus", help="run the components as FMUs")] = False,
     across: Annotated[
-        str | None, typer.Option("--map", metavar="COMPONENT.PARAMETER=LOW:HIGH:N", help="draw the margin over it and the step")
+        str | None,
+        typer.Option(
+            "--map", metavar="COMPONENT.PARAMETER=LOW:HIGH:N", help="draw the margin over this parameter and the macro step"
+        ),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="where to draw the map, e.g. a .png file")] = None,
     as_json: AsJson = False,
@@ -101,17 +104,17 @@ def command(
 
 
 def remedy(name: str) -> Compensation:
-    """What the command line calls `name`: parts joined by +."""
+    """What the command line calls `name`: words joined by +."""
     made = Compensation()
-    for part in name.split("+"):
-        if part == "passivity":
+    for word in name.split("+"):
+        if word == "passivity":
             made = replace(made, passive=True)
-        elif part.startswith("model:"):
-            made = replace(made, model=part.removeprefix("model:"))
-        elif part in COMPENSATORS:
-            made = replace(made, compensator=COMPENSATORS[part])
+        elif word.startswith("model:"):
+            made = replace(made, model=word.removeprefix("model:"))
+        elif word in COMPENSATORS:
+            made = replace(made, compensator=COMPENSATORS[word])
         else:
-            raise ValueError(f"compensation must be one of {', '.join(COMPENSATORS)}, model:VARIANT, passivity, got {part!r}")
+            raise ValueError(f"compensation must be one of {', '.join(COMPENSATORS)}, model:VARIANT, passivity, got {word!r}")
     return made
 
 

@@ -13,8 +13,8 @@ VERSIONS = {"2": ("2",), "3": ("3",), "both": ("2", "3")}
 
 def command(
     component: Annotated[str, typer.Argument(metavar="COMPONENT[:VARIANT]", help="such as gyro_unit:nonlinear, or a .py file")],
-    fmi: Annotated[str, typer.Option(help="FMI version: 2, 3 or both")] = "2",
-    platform: Annotated[str, typer.Option(metavar="host|all|NAMES", help="for which platforms")] = "host",
+    fmi: Annotated[str, typer.Option(metavar="2|3|both", help="FMI version")] = "2",
+    platform: Annotated[str, typer.Option(metavar="host|all|NAMES", help="platforms that the FMUs run on")] = "host",
     directory: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="where to write")] = Path(),
     sources: Annotated[bool, typer.Option("--with-sources/--without-sources", help="ship the C sources inside")] = True,
     as_json: AsJson = False,

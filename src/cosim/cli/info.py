@@ -109,12 +109,12 @@ def system_document(network: Network) -> dict[str, Any]:
                 "unit_to": signal.unit, "factor": factor, "offset": offset,
             })  # fmt: skip
     driven = {wire["to"] for wire in wires}
-    parts = []
-    for part, slave in zip(system.components, network.slaves, strict=True):
-        ignored = sorted(name for name in part.bound if name not in slave.description.settable)
-        given = {**{n: v for n, v in part.bound.items() if n in slave.description.settable}, **part.values}
-        parts.append({
-            "name": part.name, "source": part.source,
+    components = []
+    for component, slave in zip(system.components, network.slaves, strict=True):
+        ignored = sorted(name for name in component.bound if name not in slave.description.settable)
+        given = {**{n: v for n, v in component.bound.items() if n in slave.description.settable}, **component.values}
+        components.append({
+            "name": component.name, "source": component.source,
             "inputs": [s.name for s in slave.inputs], "outputs": [s.name for s in slave.outputs],
             "open_inputs": [s.name for s in slave.inputs if f"{slave.name}.{s.name}" not in driven],
             "input_degree": slave.description.input_degree, "can_restore": slave.description.can_restore,
@@ -128,7 +128,7 @@ def system_document(network: Network) -> dict[str, Any]:
         "step": system.step,
         "start": system.start,
         "stop": system.stop,
-        "components": parts,
+        "components": components,
         "connections": wires,
         "loops": list(network.loops),
         "initial_loops": list(network.initial_loops),
@@ -141,23 +141,25 @@ def _system_words(found: dict[str, Any]) -> list[str | Table]:
     lines: list[str | Table] = [f"{found['system']}: {found['description']}" if found["description"] else found["system"]]
     span = (f"from t = {found['start']:g} s " if found["start"] else "") + f"to t = {found['stop']:g} s"
     lines.append(f"macro step {found['step']:g} s {span}, evaluated in the order {', '.join(found['order'])}")
-    parts = Table("component", "source", "inputs", "outputs", "values", box=None, pad_edge=False)
-    for part in found["components"]:
-        values = ", ".join(f"{name} = {value}" for name, value in part["values"].items())
-        numbers = str(len(part["inputs"])), str(len(part["outputs"]))
-        parts.add_row(part["name"], part["source"], *numbers, values)
+    table = Table("component", "source", "inputs", "outputs", "values", box=None, pad_edge=False)
+    for component in found["components"]:
+        values = ", ".join(f"{name} = {value}" for name, value in component["values"].items())
+        numbers = str(len(component["inputs"])), str(len(component["outputs"]))
+        table.add_row(component["name"], component["source"], *numbers, values)
     wires = Table("from", "", "to", box=None, pad_edge=False)
     for wire in found["connections"]:
         same = wire["factor"] == 1.0 and wire["offset"] == 0.0
         change = "" if same else f" x {wire['factor']:.6g}" + (f" + {wire['offset']:.6g}" if wire["offset"] else "")
         ends = [f"{wire[end]} [{wire[f'unit_{end}']}]" if wire[f"unit_{end}"] else wire[end] for end in ("from", "to")]
         wires.add_row(ends[0], f"->{change}", ends[1])
-    lines += ["", parts, "", wires, ""]
-    for part in found["components"]:
-        if part["open_inputs"]:
-            lines.append(f"inputs of {part['name']} that keep their start values: {', '.join(part['open_inputs'])}")
-        if part["ignored_values"]:
-            lines.append(f"values that {part['name']} has no variable for, ignored: {', '.join(part['ignored_values'])}")
+    lines += ["", table, "", wires, ""]
+    for component in found["components"]:
+        if component["open_inputs"]:
+            lines.append(f"inputs of {component['name']} that keep their start values: {', '.join(component['open_inputs'])}")
+        if component["ignored_values"]:
+            lines.append(
+                f"values that {component['name']} has no variable for, ignored: {', '.join(component['ignored_values'])}"
+            )
     lines += [f"algebraic loop: {loop}" for loop in found["loops"]] or ["algebraic loops: none"]
     lines += [f"algebraic loop in initialization mode: {loop}" for loop in found["initial_loops"]]
     lines += [f"power bond: {bond}" for bond in found["bonds"]] or ["power bonds: none"]

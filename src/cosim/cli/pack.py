@@ -23,5 +23,5 @@ def command(
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
     writable(file, lambda _: None)
     pack(plan, file)
-    say(as_json, lambda: {"file": str(file), "components": [part.name for part in plan.components]}, f"wrote {file}")
+    say(as_json, lambda: {"file": str(file), "components": [component.name for component in plan.components]}, f"wrote {file}")
     return 0

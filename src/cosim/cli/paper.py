@@ -16,14 +16,15 @@ def command(
     ] = False,
     draws: Annotated[
         int | None,
-        typer.Option(metavar="N", help="draws from the ranges of the open parameters, for the column sensitivity; 0: none"),
+        typer.Option(metavar="N", help="draws from the ranges of parameters not given in the paper; 0: none"),
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="S", help="of the draws")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="S", help="seed of the draws")] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Redraw the paper's figures and say, claim by claim, what comes out, and for how much of the open parameters' ranges.
+    """Redraw the paper's figures and say of each claim whether it holds.
 
-    Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
+    Parameters that the paper does not give have a range. With draws from these ranges the table also says how far each claim
+    holds. Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
     """
     from ..paper import DRAWS, SEED, ledger, reproduce, studied, subjects
 

@@ -19,7 +19,7 @@ def command(
         typer.Argument(metavar="NAMES", help="signals of a run, * and ? are wild; X Y MEASURE, or X MEASURE, of a sweep"),
     ] = None,
     where: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=VALUE", help="of a sweep, only the runs with this value of an axis")
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="of a sweep, only runs with this value of an axis")
     ] = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="IMAGE", help="where to draw; beside FILE, as .png, otherwise")

@@ -8,13 +8,14 @@ from typing import Annotated, Any
 import typer
 
 from .. import trajectory
-from ..coupling import ALGORITHMS, algorithm
+from ..coupling import algorithm
 from ..errors import RunError
 from ..hil.realtime import Pacer
 from ..master import Options, Run, macro_steps, open_network
 from ..master import run as run_network
 from .assessments import Assessed, assessed, figure
 from .common import (
+    AlgorithmName,
     AsJson,
     Degree,
     Gyro,
@@ -41,10 +42,10 @@ def command(
     set_: Values = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     start: Annotated[
-        str | None, typer.Option(metavar="TIME", help="beginning of the run; 0 where the system says nothing")
+        str | None, typer.Option(metavar="TIME", help="beginning of the run; 0 where the system does not say")
     ] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the run, such as 60 or 2min")] = None,
-    algorithm_: Annotated[str, typer.Option("--algorithm", help=f"coupling algorithm: {', '.join(ALGORITHMS)}")] = "jacobi",
+    algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
     sequence: Annotated[
         str, typer.Option(metavar="A,B,...", help="sequence of stepping for gauss-seidel; else chosen by dependence")
@@ -52,7 +53,7 @@ def command(
     substeps: Annotated[
         list[str] | None, typer.Option(metavar="COMPONENT=N", help="a component that does each macro step in N smaller ones")
     ] = None,
-    loops: Annotated[str, typer.Option(help="algebraic loops: solve or refuse")] = "solve",
+    loops: Annotated[str, typer.Option(metavar="solve|refuse", help="what to do with algebraic loops")] = "solve",
     adaptive: Annotated[float | None, typer.Option(metavar="TOL", help="adapt the macro step to this relative tolerance")] = None,
     estimate: Annotated[
         str | None, typer.Option(metavar="HOW", help="error estimate of --adaptive: doubling (the default) or energy")
@@ -78,7 +79,7 @@ def command(
     record_every: Annotated[int, typer.Option(metavar="N", help="record every N-th macro step")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the results, e.g. into a .png file")] = None,
     checkpoint: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file now and then")
+        Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file from time to time")
     ] = None,
     every: Annotated[str | None, typer.Option(metavar="TIME", help="simulated time between checkpoints; 10 s otherwise")] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,

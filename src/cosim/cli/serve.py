@@ -10,13 +10,13 @@ from .common import console
 def command(
     source: Annotated[str, typer.Argument(metavar="COMPONENT", help="such as gyro_unit:nonlinear, a .py file or an .fmu file")],
     port: Annotated[int, typer.Option(help="TCP port; 0 takes a free one")] = 0,
-    host: Annotated[str, typer.Option(help="address to listen at; this machine alone unless told")] = "127.0.0.1",
-    once: Annotated[bool, typer.Option("--once", help="leave after the first master")] = False,
-    fmu: Annotated[bool, typer.Option("--fmu", help="run a component as an FMU")] = False,
+    host: Annotated[str, typer.Option(help="address to listen at; the default is for this machine alone")] = "127.0.0.1",
+    once: Annotated[bool, typer.Option("--once", help="end after the first master")] = False,
+    fmu: Annotated[bool, typer.Option("--fmu", help="run a component of the catalogue as an FMU")] = False,
 ) -> int:
     """Wait for masters that run a system with tcp://HOST:PORT in the place of a component, one after another.
 
-    There is no encryption and no password: listen beyond this machine in a network you trust only.
+    There is no encryption and no password: let other machines reach it only in a network that you trust.
     """
     from ..slaves import open_slave
     from ..slaves.processes.serving import listen

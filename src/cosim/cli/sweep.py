@@ -18,8 +18,8 @@ def command(
         typer.Option(
             "--set",
             metavar="NAME=VALUES",
-            help="COMPONENT.PARAMETER= a value, a list A,B,C, a grid LOW:HIGH:N[:log] or, with --lhs, a range LOW:HIGH[:log]; "
-            "COMPONENT= a list of its variants",
+            help="COMPONENT.PARAMETER=VALUES: one value, a list A,B,C, a grid LOW:HIGH:N[:log] or, with --lhs, a range "
+            "LOW:HIGH[:log]; COMPONENT=A,B: its variants",
         ),
     ] = None,
     gyro: Annotated[str | None, typer.Option(metavar="A,B,...", help="variants of the gyro unit; as --set gyro=A,B")] = None,
@@ -30,15 +30,17 @@ def command(
     steps: Annotated[str | None, typer.Option("--step", metavar="H,...", help="macro steps, such as 1ms,2ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of every run")] = None,
     samples: Annotated[int | None, typer.Option("--lhs", metavar="N", help="sample the ranges by a Latin hypercube")] = None,
-    seed: Annotated[int | None, typer.Option(metavar="S", help="of the Latin hypercube; 0 otherwise")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="S", help="seed of the Latin hypercube; 0 otherwise")] = None,
     signals: Annotated[
-        str, typer.Option(metavar="PATTERN,...", help="whose end, max and rms are kept; all outputs otherwise")
+        str, typer.Option(metavar="PATTERN,...", help="signals whose end, max and rms are kept; all outputs otherwise")
     ] = "",
     output: Annotated[
         Path | None, typer.Option(metavar="FILE", help=".npz, .csv or .parquet; SYSTEM-sweep.npz otherwise")
     ] = None,
     extend: Annotated[bool, typer.Option("--extend", help="add other runs over the same axes to FILE")] = False,
-    workers: Annotated[int | None, typer.Option(metavar="N", help="processes on this machine; one a core otherwise")] = None,
+    workers: Annotated[
+        int | None, typer.Option(metavar="N", help="processes on this machine; one for each core otherwise")
+    ] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")] = None,
     as_json: AsJson = False,
 ) -> int:

@@ -38,9 +38,9 @@ class Compensation:
     @property
     def name(self) -> str:
         """As the command line writes it."""
-        parts = [self.compensator.name] * (self.compensator.name != "none")
-        parts += [f"model:{self.model}"] * bool(self.model) + ["passivity"] * self.passive
-        return "+".join(parts) or "none"
+        words = [self.compensator.name] * (self.compensator.name != "none")
+        words += [f"model:{self.model}"] * bool(self.model) + ["passivity"] * self.passive
+        return "+".join(words) or "none"
 
     @property
     def linear(self) -> bool:
@@ -150,7 +150,7 @@ def by_runs(setting: DelayStudy, progress: Progress | None = None) -> Margin:
         except RunError:
             return False
         w = result.trajectory.values[:, motions]
-        first, second, last = (float((part**2).mean()) for part in np.array_split(w, 3))
+        first, second, last = (float((third**2).mean()) for third in np.array_split(w, 3))
         return last <= min(first, second)
 
     return largest(stable, setting, progress)

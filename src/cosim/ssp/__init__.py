@@ -1,6 +1,7 @@
 """System files: .ssd and .ssp of SSP 1.0, and of 2.0 as far as both say the same things in the same way.
 
-What SSP cannot say, the usual macro step and which signals form power bonds, stands in annotations of type `gyro-cosim`.
+What SSP cannot say stands in annotations of type `gyro-cosim`: the usual macro step, which signals form power bonds, what ends
+a run, and which component people exchange.
 """
 
 from pathlib import Path
@@ -15,7 +16,18 @@ __all__ = ["NAMESPACES", "read", "system"]
 
 
 def system(name: str) -> System:
-    """The system called `name`: built in, or the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several)."""
+    """A built-in system, or one from a file.
+
+    Parameters
+    ----------
+    name : str
+        As `cosim list` shows it, or the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several).
+
+    Raises
+    ------
+    ValueError, WiringError
+        Where there is none of that name, or the file is wrong.
+    """
     if name in systems():
         return read(systems()[name])
     if name.endswith((".ssd", ".ssp")):

@@ -141,7 +141,7 @@ def value_of(found: Document, parameter: etree._Element) -> Any:
     if name == "Boolean":
         return text if len(text.split()) == 1 else tuple(text.split())
     try:
-        numbers = [float(part) for part in text.split()]
+        numbers = [float(word) for word in text.split()]
     except ValueError:
         numbers = []
     if not numbers:
@@ -151,7 +151,7 @@ def value_of(found: Document, parameter: etree._Element) -> Any:
     return values[0] if len(values) == 1 else tuple(values)
 
 
-def hop_of(found: Document, element: etree._Element, start: Unit | None = None, end: Unit | None = None) -> Conversion:
+def conversion_of(found: Document, element: etree._Element, start: Unit | None = None, end: Unit | None = None) -> Conversion:
     """What a Connection or MappingEntry does to a value."""
     suppress = element.get("suppressUnitConversion", "false") in ("true", "1")
     linear = element.find("ssc:LinearTransformation", NAMESPACES)
@@ -176,19 +176,19 @@ def _whole(text: str) -> float:
     return float({"true": "1", "false": "0"}.get(text, text))
 
 
-def through(value: Any, hop: Conversion) -> Any:
+def through(value: Any, conversion: Conversion) -> Any:
     """A start value after a connection or mapping."""
     if isinstance(value, tuple):
-        return tuple(through(element, hop) for element in value)
-    if hop.table:
-        table = dict(hop.table)
+        return tuple(through(element, conversion) for element in value)
+    if conversion.table:
+        table = dict(conversion.table)
         number = _whole(str(value))
         if number not in table:
             raise ValueError(f"a mapping must have an entry for {value}")
         return table[number]
-    if not hop.suppress and (hop.factor, hop.offset) == (1.0, 0.0) and hop.start is None and hop.end is None:
+    if conversion == Conversion():
         return value
     if isinstance(value, str | bytes):
         return value
-    quantity = value if isinstance(value, Quantity) else Quantity(float(value), hop.start)
-    return quantity.through(hop.factor, hop.offset, hop.end, suppress=hop.suppress)
+    quantity = value if isinstance(value, Quantity) else Quantity(float(value), conversion.start)
+    return quantity.through(conversion.factor, conversion.offset, conversion.end, suppress=conversion.suppress)

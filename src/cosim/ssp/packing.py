@@ -29,21 +29,43 @@ _TYPES = {
 
 
 def pack(system: System, file: Path) -> Path:
-    """Write the system to `file` (.ssp), complete or not at all; components of the catalogue become FMUs of this platform."""
+    """Write a system with its FMUs and values, complete or not at all.
+
+    Parameters
+    ----------
+    system : System
+        Its components of the catalogue become FMUs of this platform.
+    file : Path
+        An .ssp file.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        Where the file has another ending, or a value fits no parameter.
+    """
     if file.suffix != ".ssp":
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
     fmus, places = _fmus(system)
-    faces = {part.name: described(read(fmus[part.source])) for part in system.components}
-    units = _units(s for face in faces.values() for s in (*face.inputs, *face.outputs, *face.settable.values()))
+    descriptions = {component.name: described(read(fmus[component.source])) for component in system.components}
+    units = _units(
+        s
+        for description in descriptions.values()
+        for s in (*description.inputs, *description.outputs, *description.settable.values())
+    )
     enumerations: dict[tuple[tuple[str, int], ...], str] = {}
     values: dict[str, bytes] = {}  # place in the package -> parameter set
     sets: dict[str, str] = {}  # component -> place
-    for part in system.components:
-        found = _parameter_set(system.name, part, faces[part.name], units)
+    for component in system.components:
+        found = _parameter_set(system.name, component, descriptions[component.name], units)
         if found is not None:
-            sets[part.name] = _free(f"resources/{_plain(part.name)}", ".ssv", values)
-            values[sets[part.name]] = _bytes(found)
-    members = {"SystemStructure.ssd": _bytes(_structure(system, faces, places, units, enumerations, sets)), **values}
+            sets[component.name] = _free(f"resources/{_plain(component.name)}", ".ssv", values)
+            values[sets[component.name]] = _bytes(found)
+    members = {"SystemStructure.ssd": _bytes(_structure(system, descriptions, places, units, enumerations, sets)), **values}
     members |= {places[source]: archive.read(location) for source, location in fmus.items()}
     write_zip(file, members, stored=[".fmu"])
     return file
@@ -53,12 +75,12 @@ def _fmus(system: System) -> tuple[dict[str, str], dict[str, str]]:
     """For each source the location of its FMU, and its place in the package; names that meet get a number."""
     fmus: dict[str, str] = {}
     places: dict[str, str] = {}
-    for part in system.components:
-        if part.source in fmus:
+    for component in system.components:
+        if component.source in fmus:
             continue
-        location = part.source if part.source.endswith(".fmu") else str(catalogue.fmu(part.source))
+        location = component.source if component.source.endswith(".fmu") else str(catalogue.fmu(component.source))
         stem = location.replace("#", "/").rpartition("/")[2].removesuffix(".fmu")
-        fmus[part.source], places[part.source] = location, _free(f"resources/{stem}", ".fmu", places.values())
+        fmus[component.source], places[component.source] = location, _free(f"resources/{stem}", ".fmu", places.values())
     return fmus, places
 
 
@@ -95,7 +117,7 @@ def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> e
 
 
 def _structure(
-    system: System, faces: Mapping[str, SlaveDescription], places: Mapping[str, str], units: Mapping[str, Unit],
+    system: System, descriptions: Mapping[str, SlaveDescription], places: Mapping[str, str], units: Mapping[str, Unit],
     enumerations: dict[tuple[tuple[str, int], ...], str], sets: Mapping[str, str],
 ) -> etree._Element:  # fmt: skip
     used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
@@ -103,17 +125,19 @@ def _structure(
     top = _add(root, "ssd", "System", name=system.name, description=system.description)
     elements = _add(top, "ssd", "Elements")
     driven = {wire.end for wire in system.connections}
-    for part in system.components:
-        face = faces[part.name]
+    for component in system.components:
+        description = descriptions[component.name]
         # Open inputs get no connector: one importer at least gives them a neighbour's value.
-        signals = [(s, "input") for s in face.inputs if (part.name, s.name) in driven] + [(s, "output") for s in face.outputs]
-        component = _component(elements, part, signals, places[part.source], units, enumerations)
-        if part.name in sets:
-            _add(_add(component, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[part.name])
+        signals = [(s, "input") for s in description.inputs if (component.name, s.name) in driven] + [
+            (s, "output") for s in description.outputs
+        ]
+        element = _component(elements, component, signals, places[component.source], units, enumerations)
+        if component.name in sets:
+            _add(_add(element, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[component.name])
     if system.connections:
         connections = _add(top, "ssd", "Connections")
         for wire in system.connections:
-            _connection(connections, wire, faces)
+            _connection(connections, wire, descriptions)
     notes = [("Master", {"step": repr(system.step)})]
     if system.exchange is not None:
         notes.append(("Exchange", {"component": system.exchange.component, "ending": system.exchange.ending}))
@@ -147,11 +171,11 @@ def _write_units(root: etree._Element, kind: str, units: Mapping[str, Unit]) -> 
 
 
 def _component(
-    elements: etree._Element, part: SystemComponent, signals: Sequence[tuple[Signal, str]], place: str, units: Mapping[str, Unit],
-    enumerations: dict[tuple[tuple[str, int], ...], str],
+    elements: etree._Element, component: SystemComponent, signals: Sequence[tuple[Signal, str]], place: str,
+    units: Mapping[str, Unit], enumerations: dict[tuple[tuple[str, int], ...], str],
 ) -> etree._Element:  # fmt: skip
-    component = _add(elements, "ssd", "Component", name=part.name, type="application/x-fmu-sharedlibrary", source=place)
-    connectors = _add(component, "ssd", "Connectors") if signals else component
+    element = _add(elements, "ssd", "Component", name=component.name, type="application/x-fmu-sharedlibrary", source=place)
+    connectors = _add(element, "ssd", "Connectors") if signals else element
     for signal, kind in signals:
         connector = _add(connectors, "ssd", "Connector", name=signal.name, kind=kind)
         if signal.type == "enumeration":
@@ -160,10 +184,10 @@ def _component(
         else:
             unit = signal.unit if signal.unit in units else ""
             _add(connector, "ssc", _TYPES[signal.type], **({"unit": unit} if signal.type == "real" else {}))
-    return component
+    return element
 
 
-def _connection(connections: etree._Element, wire: Connection, faces: Mapping[str, SlaveDescription]) -> None:
+def _connection(connections: etree._Element, wire: Connection, descriptions: Mapping[str, SlaveDescription]) -> None:
     element = _add(
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
@@ -171,8 +195,8 @@ def _connection(connections: etree._Element, wire: Connection, faces: Mapping[st
     plain = all((h.factor, h.offset, h.suppress, h.table) == (1.0, 0.0, False, ()) for h in wire.conversions)
     if plain:
         return
-    a = next(s for s in faces[wire.start[0]].outputs if s.name == wire.start[1])
-    b = next(s for s in faces[wire.end[0]].inputs if s.name == wire.end[1])
+    a = next(s for s in descriptions[wire.start[0]].outputs if s.name == wire.start[1])
+    b = next(s for s in descriptions[wire.end[0]].inputs if s.name == wire.end[1])
     total = transfer(wire, a, b)
     if total.table is None:
         element.set("suppressUnitConversion", "true")
@@ -185,27 +209,29 @@ def _connection(connections: etree._Element, wire: Connection, faces: Mapping[st
         _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
 
 
-def _parameter_set(name: str, part: SystemComponent, face: SlaveDescription, units: Mapping[str, Unit]) -> etree._Element | None:
+def _parameter_set(
+    name: str, component: SystemComponent, description: SlaveDescription, units: Mapping[str, Unit]
+) -> etree._Element | None:
     """The values of a component as an .ssv; None where there are none. All sets have one name, which some importers ask for."""
     used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
     root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": name}, nsmap=used)
     parent = _add(root, "ssv", "Parameters")
-    for variable in part.values:
-        if variable not in face.settable:
-            raise unknown(f"parameter of {part.name!r}:", variable, face.settable)
+    for variable in component.values:
+        if variable not in description.settable:
+            raise unknown(f"parameter of {component.name!r}:", variable, description.settable)
     mentioned = set()
-    for variable, given in {**part.bound, **part.values}.items():
-        if variable not in face.settable:
+    for variable, given in {**component.bound, **component.values}.items():
+        if variable not in description.settable:
             continue
-        signal = face.settable[variable]
+        signal = description.settable[variable]
         try:
             value = signal.value(given)
         except ValueError as error:
-            raise ValueError(f"{part.name}.{variable}: {error}") from None
+            raise ValueError(f"{component.name}.{variable}: {error}") from None
         unit = signal.unit if signal.unit in units and signal.type == "real" else ""
         mentioned.add(unit)
         elements = value if isinstance(value, tuple) else (value,)
-        names = [s for s in face.settable if s.startswith(f"{variable}[")] if signal.shape else [variable]
+        names = [s for s in description.settable if s.startswith(f"{variable}[")] if signal.shape else [variable]
         for element, label in zip(elements, names, strict=True):
             _parameter(parent, label, signal, element, unit)
     _write_units(root, "ssv", {name: units[name] for name in mentioned if name})

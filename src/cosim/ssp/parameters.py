@@ -11,7 +11,7 @@ from typing import Any
 from lxml import etree
 
 from ..systems import archive
-from .documents import NAMESPACES, Document, document, hop_of, load, through, value_of
+from .documents import NAMESPACES, Document, conversion_of, document, load, through, value_of
 from .tree import Node
 
 SET, MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
@@ -68,7 +68,7 @@ def _spread(
             nexts = [] if wire is None else [(wire.start, given)]
         else:
             try:
-                nexts = [(wire.end, through(given, wire.hop)) for wire in leaving.get(end, ())]
+                nexts = [(wire.end, through(given, wire.conversion)) for wire in leaving.get(end, ())]
             except ValueError as error:
                 raise node.document.fault(node.element, f"value of {connector}: {error}") from None
         for (path, name), passed in nexts:
@@ -104,7 +104,7 @@ def _values(node: Node, place: Document, element: etree._Element) -> Iterator[tu
         source, target = table.attribute(entry, "source"), table.attribute(entry, "target")
         if source in values:
             try:
-                yield target, through(values[source], hop_of(table, entry))
+                yield target, through(values[source], conversion_of(table, entry))
             except ValueError as error:
                 raise table.fault(entry, str(error)) from None
 

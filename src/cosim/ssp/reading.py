@@ -9,7 +9,7 @@ from lxml import etree
 
 from ..errors import WiringError, unknown
 from ..systems import Connection, Conversion, Exchange, PowerBond, StopWhen, System, SystemComponent
-from .documents import ANNOTATION, NAMESPACES, Document, hop_of
+from .documents import ANNOTATION, NAMESPACES, Document, conversion_of
 from .parameters import bound_values
 from .tree import Node, components, tree
 
@@ -22,11 +22,27 @@ class Wire:
 
     start: End
     end: End
-    hop: Conversion
+    conversion: Conversion
 
 
 def read(file: Path | str) -> System:
-    """Read an .ssd or .ssp file. ValueError or WiringError names file, element and rule."""
+    """Read a system file.
+
+    Parameters
+    ----------
+    file : Path or str
+        An .ssd or .ssp file, or `ARCHIVE#MEMBER`.
+
+    Returns
+    -------
+    System
+        Nested systems are flat in it; names of components hold the path, with "/" between.
+
+    Raises
+    ------
+    ValueError, WiringError
+        Names file, element and rule.
+    """
     location = str(file)
     top = tree(location)
     leaves = components(top)
@@ -74,7 +90,7 @@ def _wires(node: Node) -> dict[End, Wire]:
 
 
 def _shown(end: End) -> str:
-    return ".".join(part for part in end if part)
+    return ".".join(word for word in end if word)
 
 
 def _wire(node: Node, element: etree._Element) -> Wire | None:
@@ -99,7 +115,7 @@ def _wire(node: Node, element: etree._Element) -> Wire | None:
         (a, a_name, a_port), (b, b_name, b_port) = (b, b_name, b_port), (a, a_name, a_port)
     if a_port.kind == "calculatedParameter":
         raise WiringError(str(found.fault(element, f"{_end(a, a_name)} is a calculatedParameter, which is not passed on")))
-    return Wire((a.path, a_name), (b.path, b_name), hop_of(found, element, a_port.unit, b_port.unit))
+    return Wire((a.path, a_name), (b.path, b_name), conversion_of(found, element, a_port.unit, b_port.unit))
 
 
 def _end(node: Node, connector: str) -> str:
@@ -108,15 +124,15 @@ def _end(node: Node, connector: str) -> str:
 
 def _traced(wire: Wire, arriving: dict[End, Wire], leaves: Any, what: str) -> Connection | None:
     """The connection from the component that a value comes from; None where it begins at an open connector of a system."""
-    conversions, end = [wire.hop], wire.end
+    conversions, end = [wire.conversion], wire.end
     while wire.start[0] not in leaves:
         if wire.start not in arriving:
             return None
         wire = arriving[wire.start]
-        conversions.insert(0, wire.hop)
+        conversions.insert(0, wire.conversion)
         if len(conversions) > 1000:
             raise WiringError(f"{what}: a chain of connectors must begin at a component, that of {_shown(end)} runs in a circle")
-    return Connection(wire.start, end, () if all(hop == Conversion() for hop in conversions) else tuple(conversions))
+    return Connection(wire.start, end, () if all(c == Conversion() for c in conversions) else tuple(conversions))
 
 
 def _bonds(top: Node, leaves: Any) -> tuple[PowerBond, ...]:
