@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "universal"]
+__all__ = ["FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "host_library", "universal"]
 
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden")  # no fused operations: same bits everywhere
 
@@ -126,6 +126,11 @@ def compile_libraries(
         done = {target: [objects[target, source].result() for source in sources] for target in targets}
         linked = {target: pool.submit(_link, folder, commands[target], done[target], name, target) for target in targets}
         return {target: job.result() for target, job in linked.items()}
+
+
+def host_library(folder: Path, source: str, name: str) -> bytes:
+    """A shared library of one C file in `folder` for this machine. CompilerError if there is no compiler or it fails."""
+    return compile_libraries(folder, {source: "-O2"}, name, {host(): True})[host()]
 
 
 def _command(target: Platform, host_allowed: bool) -> list[str]:

@@ -9,28 +9,28 @@ import small_fmus
 
 from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fmus, simulate, system
 from gyro_cosim.coupling import Algorithm
-from gyro_cosim.kernel import driver
-from gyro_cosim.master import open_network
+from gyro_cosim.kernel import driver, native
+from gyro_cosim.master import Options, open_network
 from gyro_cosim.systems import Connection, SystemComponent, catalogue
 
 ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
+WAYS = ((lambda *_: False, False), (driver.fits, False), (driver.fits, True))  # plain, inner loop as Python runs it, compiled
 
 
 def three_ways(plan: System, algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch, step: float, stop: float) -> list[Run]:
     """The same run by the plain path, the inner loop in Python, and the inner loop compiled."""
     runs = []
-    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
+    for fits, compiled in WAYS:
         with monkeypatch.context() as patch:
             patch.setattr(driver, "fits", fits)
-            patch.setattr(driver, "LONG", long)
-            runs.append(simulate(plan, algorithm=algorithm, step=step, stop=stop))
+            runs.append(simulate(plan, algorithm=algorithm, step=step, stop=stop, options=Options(compiled=compiled)))
     return runs
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=repr)
 def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch) -> None:
     """On the oscillators, whose force feeds through; 5.003 s are no multiple of the step, and more than one chunk of steps."""
-    assert driver.compiled() is not None
+    assert isinstance(native.kernel(), native.Kernel)
     runs = three_ways(oscillators.pair(cubic=3.0), algorithm, monkeypatch, 1e-3, 5.0003)
     for other in runs[1:]:
         np.testing.assert_array_equal(other.trajectory.t, runs[0].trajectory.t)
@@ -63,21 +63,21 @@ def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.Mon
     plain = network.transfer
     monkeypatch.setattr(network, "transfer", lambda *a: Transfer(plain(*a).factor / 3, plain(*a).offset + 0.1))
     plan = system("wheel-pair").with_source("gyro", "nonlinear")
-    monkeypatch.setattr(driver, "LONG", 0)
-    compiled = simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0]
-    monkeypatch.setattr(driver, "compiled_meter", lambda: None)
-    assert simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0).energy[0] == compiled
+    python, compiled = (
+        simulate(plan, algorithm=GaussSeidel(1), step=7e-3, stop=40.0, options=Options(compiled=way)).energy[0]
+        for way in (False, True)
+    )
+    assert python == compiled
     assert compiled.residual != 0.0
 
 
-@pytest.mark.parametrize("long", [0, 1 << 60], ids=["compiled", "python"])
-def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "LONG", long)
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_failing_fmu_stops_the_inner_loop_at_the_last_good_point(compiled: bool) -> None:
     broken = System(
         "s", (SystemComponent("clock", f"{oscillators.HERE}:fails"), SystemComponent("left", f"{oscillators.HERE}:left")), ()
     )
     with pytest.raises(SlaveError, match=r"component 'clock' failed at t = 0\.5") as caught:
-        simulate(broken, step=0.01, stop=1.0)
+        simulate(broken, step=0.01, stop=1.0, options=Options(compiled=compiled))
     partial = caught.value.partial
     assert partial.trajectory.t[-1] == pytest.approx(0.55, abs=0.011)
     np.testing.assert_allclose(partial.trajectory["clock.reading"], partial.trajectory.t, atol=1e-11)
@@ -96,14 +96,13 @@ def test_an_output_that_is_no_number_stops_all_paths_alike(
                   (("clock", kind), ("left", "left"), ("right", "right")))  # fmt: skip
     wires = tuple(Connection(("clock", "reading"), into) for _ in (into,) if into)
     said, values = [], []
-    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
+    for fits, compiled in WAYS:
         with monkeypatch.context() as patch:
             patch.setattr(driver, "fits", fits)
-            patch.setattr(driver, "LONG", long)
             with pytest.raises(
                 SlaveError, match=r"'clock' failed at t = 0\.55 s: output 'reading' must be finite, got nan"
             ) as caught:
-                simulate(System("s", parts, wires), algorithm=algorithm, step=0.01, stop=1.0)
+                simulate(System("s", parts, wires), algorithm=algorithm, step=0.01, stop=1.0, options=Options(compiled=compiled))
         said.append((caught.value.slave, caught.value.t, caught.value.reason))
         values.append(caught.value.partial.trajectory.values)
     assert said[0] == said[1] == said[2]
@@ -121,9 +120,8 @@ def test_a_connected_input_never_goes_back_to_its_start_value(monkeypatch: pytes
         np.testing.assert_allclose(run.trajectory["one.y"], 1 / run.trajectory["clock.reading"] + 3.0, rtol=1e-12)
 
 
-def test_time_inside_the_components_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "LONG", 0)
-    run = simulate(system("wheel-pair"), step=1e-3, stop=5.0)
+def test_time_inside_the_components_is_reported() -> None:
+    run = simulate(system("wheel-pair"), step=1e-3, stop=5.0, options=Options(compiled=True))
     assert set(run.timing.do_step_s) == {"vehicle", "gyro"}
     assert all(0.0 < s < run.timing.loop_s for s in run.timing.do_step_s.values())
 
@@ -166,12 +164,11 @@ def test_events_interrupt_the_inner_loop_where_they_are(
         network.initialize(0.0, 1.0)
         assert driver.fits(network, Jacobi(1))
     found = []
-    for fits, long in ((lambda *_: False, 0), (driver.fits, 1 << 60), (driver.fits, 0)):
+    for fits, compiled in WAYS:
         with monkeypatch.context() as patch:
             patch.setattr(driver, "fits", fits)
-            patch.setattr(driver, "LONG", long)
             try:
-                done, said = simulate(plan, step=0.01, stop=2.0), ""
+                done, said = simulate(plan, step=0.01, stop=2.0, options=Options(compiled=compiled)), ""
             except SlaveError as error:
                 done, said = error.partial, str(error)
             found.append((done.status, done.ended_by, done.events, said))

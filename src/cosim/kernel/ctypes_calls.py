@@ -1,6 +1,6 @@
 """The calls of the inner loop: FMI functions through their addresses, and the table that holds these.
 
-Each function stands here as Python runs it, through ctypes; cosim/kernel/numba_calls.py puts machine code in its place.
+Each function stands here as Python runs it, through ctypes; kernel.c calls the same addresses, and has the same table.
 """
 
 import ctypes
@@ -70,8 +70,3 @@ def move_values(version: int, address: int, instance: int, references: int, n: i
     if version == 3:
         return values3_call(address, instance, references, n, values, n)
     return values_call(address, instance, references, n, values)
-
-
-def clock_call(address: int, clock: int, time: int) -> int:
-    """clock_gettime through its address."""
-    return int(_function(int(address), _INT, _POINTER)(int(clock), int(time)))

@@ -1,9 +1,9 @@
-"""What the inner loop of cosim/kernel/loop.py needs of a network, and whether it can run it at all."""
+"""What the inner loop needs of a network, whether it can run it at all, and in which of its lives it does."""
 
 import ctypes
-import sys
 import time
-from functools import lru_cache, partial
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,11 @@ from ..coupling import Algorithm, GaussSeidel, Jacobi
 from ..errors import SlaveError
 from ..network import Network
 from ..slaves.fmi.raw import RawFmu, raw
-from . import ctypes_calls, loop
+from . import ctypes_calls, loop, native
 
 TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
 _FINISH = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_int)
-LONG = 15_000  # slave steps from which compiling, or loading what was compiled before, pays
+LONG = 15_000  # slave steps from which compiling the kernel pays, where that has not been done before
 
 
 class FastLoop:
@@ -24,11 +24,13 @@ class FastLoop:
 
     Y, t, h : buffers of outputs, times and steps, whose rows before `row` hold the history when march() is called.
     used : shape (rows, 2 bonds, 3), the inputs of the power bonds that each step followed.
+    kernel : the compiled kernel; None: loop.march, as Python runs it.
     """
 
     def __init__(
-        self, network: Network, algorithm: Algorithm, Y: np.ndarray, t: np.ndarray, h: np.ndarray, used: np.ndarray
-    ) -> None:
+        self, network: Network, algorithm: Algorithm, Y: np.ndarray, t: np.ndarray, h: np.ndarray, used: np.ndarray,
+        kernel: native.Kernel | None,
+    ) -> None:  # fmt: skip
         self._network = network
         sequential = isinstance(algorithm, GaussSeidel)
         sequence = network.sequence(algorithm.sequence) if isinstance(algorithm, GaussSeidel) else range(len(network.slaves))
@@ -48,7 +50,7 @@ class FastLoop:
             stops=np.array([network.place(stop.signal) for stop in network.system.stop_when], dtype=np.int64),
             above=np.array([stop.above for stop in network.system.stop_when], dtype=float),
             bond_inputs=np.zeros((len(bond_inputs), 3), dtype=np.int64),
-            pointers=np.zeros(6, dtype=np.int64),
+            pointers=np.zeros(3, dtype=np.int64),
             degree=algorithm.degree,
             sequential=sequential,
         )
@@ -57,7 +59,7 @@ class FastLoop:
             Y=Y, t=t, h=h, used=used,
             u=np.zeros(len(joined) + 1), du=np.zeros(2 * len(joined) + 1), kept=np.zeros(len(joined) + 1),
             orders=np.zeros(n, dtype=np.int64), told=told, reached=told.view(float), due=np.full(n, np.inf), spent=np.zeros(n),
-            now=np.zeros(2, dtype=np.int64), failure=np.zeros(3, dtype=np.int64),
+            failure=np.zeros(3, dtype=np.int64),
         )  # fmt: skip
         if sequential:
             turn = np.empty(n, dtype=int)
@@ -100,24 +102,22 @@ class FastLoop:
                     fmu.version, fmu.set_real, fmu.instance, refs.ctypes.data, others.size, values.ctypes.data
                 )
                 fmu.check(status, ctypes_calls.CALLS[fmu.version][1], float(t[0]), 0.0)
-        self._clock = _clock_address()
-        data = self._data
-        buffers = [buffer.ctypes.data for buffer in (data.u, data.du, data.Y, data.now)]
-        self._plan.pointers[:] = (*buffers, self._clock, getattr(time, "CLOCK_MONOTONIC", 0))
+        self._plan.pointers[:] = [buffer.ctypes.data for buffer in (self._data.u, self._data.du, self._data.Y)]
+        self._march: Callable[[int, int, int], int] = partial(loop.march, self._plan, self._data)
+        self._timed_every = 1
+        if kernel is not None:
+            self._march, self._timed_every = kernel.loop(self._plan, self._data), TIMED
 
-    def march(self, row: int, rows: int, *, fast: bool) -> tuple[int, np.ndarray, bool]:
+    def march(self, row: int, rows: int) -> tuple[int, np.ndarray, bool]:
         """`rows` macro steps after row `row` of the buffers, fewer where a stop condition holds or something fails.
 
-        fast : run the compiled loop; else the same source as Python runs it.
         Returns how many were done, the seconds that each slave has spent in steps, shape (n_slaves,), and whether a stop
         condition has ended it. Where fewer were done for another reason, failure() tells it.
         """
-        function = compiled() if fast else None
-        timed_every = 0 if not self._clock else TIMED if function else 1
         data = self._data
         data.failure[:], data.spent[:] = 0, 0.0
         began = time.perf_counter()
-        done = int((function or loop.march)(self._plan, data, row, rows, timed_every))
+        done = self._march(row, rows, self._timed_every)
         took, inside = time.perf_counter() - began, float(data.spent.sum())
         share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
         reached = data.Y[row + 1 : row + 1 + min(done + 1, rows)]  # with the row that a march that stopped has begun
@@ -186,31 +186,3 @@ def fits(network: Network, algorithm: Algorithm) -> bool:
         and not network.loops
         and network.one_pass
     )
-
-
-def _clock_address() -> int:
-    """The address of clock_gettime, or 0 where there is none."""
-    if not sys.platform.startswith(("linux", "darwin")):
-        return 0
-    library = ctypes.CDLL(None)
-    return ctypes.cast(library.clock_gettime, ctypes.c_void_p).value or 0
-
-
-@lru_cache(maxsize=1)
-def compiled() -> Any | None:
-    """`march` compiled to machine code, or None where numba is not installed."""
-    try:
-        from . import numba_calls
-    except ImportError:
-        return None
-    return numba_calls.compiled_march()
-
-
-@lru_cache(maxsize=1)
-def compiled_meter() -> Any | None:
-    """The energy meter's arithmetic compiled, or None where numba is not installed."""
-    try:
-        from . import numba_calls
-    except ImportError:
-        return None
-    return numba_calls.compiled_meter()

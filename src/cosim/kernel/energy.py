@@ -1,4 +1,4 @@
-"""The energy meter's arithmetic on one step after another, as Python runs it and numba compiles it.
+"""The energy meter's arithmetic on one step after another, as Python runs it and kernel.c repeats it.
 
 master/energy.py does the same on whole arrays, operation by operation, so both give the same bits; a test holds them to it.
 """

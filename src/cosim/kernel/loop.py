@@ -1,11 +1,12 @@
 """The inner loop for FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
 
-`march` is one source with two lives: for short runs it is run by Python as it stands, for long ones numba compiles it, with
-the calls of ctypes_calls.py replaced by ones through the same addresses. It repeats coupling/explicit.py and
-coupling/history.py operation by operation, so all three give the same bits; a test holds them to it.
+`march` is the definition, which Python can run as it stands; kernel.c repeats it for a compiler, operation by operation.
+It repeats coupling/explicit.py and coupling/history.py in the same way, so all three give the same bits; a test holds them to
+it.
 """
 
 import sys
+from time import perf_counter
 from typing import Any, NamedTuple
 
 from .ctypes_calls import (
@@ -28,7 +29,6 @@ from .ctypes_calls import (
     VERSION,
     Y_REFS,
     Y_START,
-    clock_call,
     derivatives_call,
     finish_call,
     move_values,
@@ -54,8 +54,8 @@ class Plan(NamedTuple):
         Places in Y, and the values above which they end the march, with that step done.
     bond_inputs : shape (2 n_bonds, 3)
         Places of value, slope and curvature of each input of a power bond, in u, du and du.
-    pointers : shape (6,)
-        Addresses of u, du, Y and now, then the address of clock_gettime and the number of the clock.
+    pointers : shape (3,)
+        Addresses of u, du and Y.
     degree : int
         Of the input polynomials.
     sequential : bool
@@ -94,8 +94,8 @@ class Data(NamedTuple):
         Of FMI 3.0: answers of doStep, as bytes and as numbers.
     due : shape (n_slaves,)
         Of FMI 3.0: when each slave's next event is due, s.
-    spent, now : shapes (n_slaves,) and (2,), int64
-        Time in steps per slave, s; what the clock says.
+    spent : shape (n_slaves,)
+        Time in steps per slave, s.
     failure : shape (3,), int64
         Slave, call (place in CALLS) and status of the call that stopped a march.
     """
@@ -112,7 +112,6 @@ class Data(NamedTuple):
     reached: Any
     due: Any
     spent: Any
-    now: Any
     failure: Any
 
 
@@ -126,7 +125,7 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
     sequence, exchange, stops, above = plan.sequence, plan.exchange, plan.stops, plan.above
     bond_inputs, pointers, degree, sequential = plan.bond_inputs, plan.pointers, plan.degree, plan.sequential
     Y, t, h, bond_used, u, du, kept, orders = data.Y, data.t, data.h, data.used, data.u, data.du, data.kept, data.orders
-    told, reached, due, spent, now, failure = data.told, data.reached, data.due, data.spent, data.now, data.failure
+    told, reached, due, spent, failure = data.told, data.reached, data.due, data.spent, data.failure
     n_Y = Y.shape[1]
     for k in range(rows):
         r = row + k
@@ -200,8 +199,7 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
                         failure[0], failure[1], failure[2] = i, 2, status
                         return k
             if timed:
-                clock_call(pointers[4], pointers[5], pointers[3])
-                began = now[0] + 1e-9 * now[1]
+                began = perf_counter()
             if version == 2:
                 status = step_call(S[i, DO_STEP], S[i, INSTANCE], t0, step, S[i, NO_SET_STATE])
             elif due[i] <= t0 + 1.000001 * step:  # not far behind the step: whoever finishes it looks closer
@@ -214,8 +212,7 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
                 if status <= 1 and (short or told[i, 0] + told[i, 1] + told[i, 2] > 0):
                     status = finish_call(S[i, FINISH], t0, step, 1)
             if timed:
-                clock_call(pointers[4], pointers[5], pointers[3])
-                spent[i] += timed_every * (now[0] + 1e-9 * now[1] - began)
+                spent[i] += timed_every * (perf_counter() - began)
             if status > 1:
                 failure[0], failure[1], failure[2] = i, 3, status
                 return k

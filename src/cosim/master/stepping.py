@@ -16,7 +16,7 @@ import numpy as np
 
 from ..coupling import Algorithm, History
 from ..coupling.base import Used
-from ..kernel import driver
+from ..kernel import driver, native
 from ..network import Network
 from .adaptive import Adaptive, Controller
 from .checkpoint import Checkpoint, Resume, fingerprint
@@ -49,8 +49,8 @@ class Options:
     checkpoint, resume : Checkpoint, Resume, optional
         Write the state of the run now and then; go on from such a state.
     compiled : bool, optional
-        Whether the inner loop runs compiled, with the same results to the last bit; None: where the run is long enough to
-        pay for compiling, or loading, it once in this process. Who does many short runs says True.
+        Whether the inner loop runs compiled, with the same results to the last bit; None: where it has been compiled on this
+        machine already, or the run is long enough to pay for that.
     """
 
     record: Recording = field(default_factory=Recording)
@@ -124,9 +124,11 @@ class Plain:
 class Inner:
     """As many macro steps as there is room for, by the inner loop. most : bound on how many."""
 
-    def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, rows: Rows, *, compiled: bool, most: int) -> None:
-        self._loop = driver.FastLoop(network, algorithm, rows.Y, rows.t, rows.h, rows.used)
-        self._network, self._grid, self._rows, self._compiled, self._most = network, grid, rows, compiled, most
+    def __init__(
+        self, network: Network, algorithm: Algorithm, grid: TimeGrid, rows: Rows, *, kernel: native.Kernel | None, most: int
+    ) -> None:
+        self._loop = driver.FastLoop(network, algorithm, rows.Y, rows.t, rows.h, rows.used, kernel)
+        self._network, self._grid, self._rows, self._most = network, grid, rows, most
         self._chunk = FIRST_CHUNK
 
     def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
@@ -136,7 +138,7 @@ class Inner:
         rows.t[row + 1 : row + 1 + ahead] = self._grid.times(state.done + 1 + np.arange(ahead))
         rows.h[row + 1 : row + 1 + ahead] = self._grid.step
         began = time.perf_counter()
-        done, spent, ended = self._loop.march(row, ahead, fast=self._compiled)
+        done, spent, ended = self._loop.march(row, ahead)
         took = time.perf_counter() - began
         self._chunk = max(1, self._chunk // 2) if took > PATIENCE else 2 * self._chunk if took < PATIENCE / 4 else self._chunk
         self._network.count_time(spent)
@@ -181,12 +183,12 @@ class Stepper:
             self._recorder.add(0, np.array([grid.start]), Y[None, :])
         else:
             self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder)
-        compiled = options.compiled
-        if compiled is None:
-            compiled = (grid.n - self.state.done) * len(network.slaves) >= driver.LONG
-        self._compiled = compiled
         self._fits = options.adaptive is None and driver.fits(network, algorithm)
-        self._meter = EnergyMeter(network, driver.compiled_meter() if compiled and self._fits else None)
+        self._kernel: native.Kernel | None = None
+        if self._fits and _pays(options.compiled, (grid.n - self.state.done) * len(network.slaves)):
+            found = native.kernel()
+            self._kernel = found if isinstance(found, native.Kernel) else None
+        self._meter = EnergyMeter(network, None if self._kernel is None else self._kernel.accumulate)
         self._rows = Rows(network)
         self._rows.begin(self.state.history)
         self._plain: Way = Plain(network, algorithm, grid, self._rows)
@@ -226,10 +228,10 @@ class Stepper:
         if paced or not self._fits or not self._algorithm.degree <= done < self._grid.even:
             return self._plain
         if self._inner is None:
-            _log.info("inner loop from macro step %d on, %s", done + 1, "compiled" if self._compiled else "as Python runs it")
+            _log.info("inner loop from macro step %d on, %s", done + 1, "compiled" if self._kernel else "as Python runs it")
             checkpoint = options.checkpoint
             most = self._grid.n if checkpoint is None else max(1, round(checkpoint.every / self._grid.step))
-            self._inner = Inner(self._network, self._algorithm, self._grid, self._rows, compiled=self._compiled, most=most)
+            self._inner = Inner(self._network, self._algorithm, self._grid, self._rows, kernel=self._kernel, most=most)
         if self._rows.count:  # it numbers the used inputs from the first step that it does
             self.hand_over()
         return self._inner
@@ -256,3 +258,8 @@ class Stepper:
         """Hand over what is left: the state, and what the run's energy and results are made of."""
         self.hand_over()
         return self.state, self._meter, self._recorder
+
+
+def _pays(compiled: bool | None, slave_steps: int) -> bool:
+    """Whether a run of so many steps takes the compiled kernel: as told, else where it need not or is worth to be compiled."""
+    return slave_steps >= driver.LONG or native.cached() if compiled is None else compiled

@@ -169,6 +169,38 @@ def fmu(spec: str) -> Path:
     return built[0]
 
 
+def compiled(folder: Path, source: str, name: str) -> bytes:
+    """A shared library for this machine of the C file `source` in `folder`, made by the installed compiler.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the source is; intermediate files are written there.
+    source, name : str
+        Of the file, and of the library, without ending.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    """
+    entry = next(iter(_entries("compilers")), None)
+    if entry is None:
+        raise RuntimeError("no package that is installed offers a C compiler")
+    library: bytes = entry.load()(folder, source, name)
+    return library
+
+
+def compiler_id() -> str:
+    """What decides on the code of compiled() besides the source: the compiler that is asked, and how it is asked."""
+    entry = next(iter(_entries("compilers")), None)
+    if entry is None:
+        return ""
+    spec = util.find_spec(entry.module)
+    how = Path(spec.origin).read_bytes() if spec is not None and spec.origin else b""
+    return f"{entry.value} {hashlib.sha256(how).hexdigest()}"
+
+
 def cache_folder() -> Path:
     """Where built FMUs are kept: $GYRO_COSIM_CACHE, or the user's cache folder."""
     return Path(os.environ.get("GYRO_COSIM_CACHE") or platformdirs.user_cache_dir("gyro-cosim")) / "fmu"

@@ -1,0 +1,264 @@
+/* The inner loop for FMUs under Jacobi and Gauss-Seidel, and the energy meter's arithmetic.
+   loop.py and energy.py beside this file are the definition: they say what each array means, and this file repeats them
+   operation by operation, so that all give the same bits (compile without contraction of operations). A test holds them to it. */
+
+#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#include <float.h>
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#ifdef _WIN32
+#include <windows.h>
+#define EXPORT __declspec(dllexport)
+#else
+#include <time.h>
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+/* Functions of FMI 2.0 and 3.0, by the types that they have in binary. */
+typedef int Values2(void *instance, const uint32_t *references, size_t n, double *values);
+typedef int Values3(void *instance, const uint32_t *references, size_t n, double *values, size_t n_values);
+typedef int Derivatives2(void *instance, const uint32_t *references, size_t n, const int32_t *orders, const double *values);
+typedef int Step2(void *instance, double t, double h, int no_set_state);
+typedef int Step3(void *instance, double t, double h, _Bool no_set_state, _Bool *event, _Bool *ended, _Bool *early, double *reached);
+typedef int Finish(double t, double h, int begun);
+
+/* A row of the table of slaves: ctypes_calls.COLUMNS, each an int64. */
+typedef struct {
+    int64_t instance, set_real, get_real, do_step, set_derivatives, u_refs, y_refs, du_refs, du_orders, no_set_state, n_u, n_y,
+        y_start, first, degree, feeds_through, version, told, finish;
+} Slave;
+
+/* loop.Plan and loop.Data. */
+typedef struct {
+    const Slave *slaves;
+    const int64_t *source;
+    const double *scale, *offset;
+    const int64_t *fresh, *sequence, *exchange, *stops;
+    const double *above;
+    const int64_t *bond_inputs;
+    int64_t n_slaves, n_stops, n_bond_inputs, degree, sequential;
+} Plan;
+
+typedef struct {
+    double *Y, *t, *h, *used, *u, *du, *kept;
+    int64_t *orders;
+    uint8_t *told;
+    double *reached, *due, *spent;
+    int64_t *failure;
+    int64_t n_Y;
+} Data;
+
+enum { SET = 1, SET_DERIVATIVES, DO_STEP, GET };
+
+static double seconds(void) {
+#ifdef _WIN32
+    LARGE_INTEGER count, frequency;
+    QueryPerformanceCounter(&count), QueryPerformanceFrequency(&frequency);
+    return (double)count.QuadPart / (double)frequency.QuadPart;
+#else
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+#endif
+}
+
+static int move(const Slave *s, int64_t address, int64_t references, int64_t n, double *values) {
+    const uint32_t *refs = (const uint32_t *)(intptr_t)references;
+    if (s->version == 3) return ((Values3 *)(intptr_t)address)((void *)(intptr_t)s->instance, refs, (size_t)n, values, (size_t)n);
+    return ((Values2 *)(intptr_t)address)((void *)(intptr_t)s->instance, refs, (size_t)n, values);
+}
+
+static int failed(const Data *d, int64_t i, int64_t call, int status) {
+    if (status <= 1) return 0;
+    d->failure[0] = i, d->failure[1] = call, d->failure[2] = status;
+    return 1;
+}
+
+/* The inputs of slave i over the step after row r; 0 where an output that they come from is not finite. */
+static int extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, double step, double s1, double s2) {
+    const Slave *s = &p->slaves[i];
+    const int64_t u0 = s->first, n_u = s->n_u, n_Y = d->n_Y;
+    const double *now = d->Y + r * n_Y, *next = now + n_Y, *before = now - n_Y, *older = before - n_Y;
+    if (p->degree == 0) {
+        for (int64_t q = u0; q < u0 + n_u; q++) {
+            const double y0 = (p->fresh[q] ? next : now)[p->source[q]];
+            if (!(fabs(y0) <= DBL_MAX)) return 0;
+            d->u[q] = y0 * p->scale[q] + p->offset[q];
+        }
+        return 1;
+    }
+    for (int64_t j = 0; j < n_u; j++) {
+        const int64_t q = u0 + j, c = p->source[q];
+        const double y0 = now[c];
+        double value = y0, slope, curvature = 0.0;
+        if (!(fabs(y0) <= DBL_MAX)) return 0;
+        if (p->fresh[q] > 0) {
+            const double yn = next[c];
+            if (!(fabs(yn) <= DBL_MAX)) return 0;
+            const double a = (y0 - yn) / (0.0 - step);
+            value = yn - a * step, slope = a;
+            if (p->degree > 1) {
+                const double b = ((before[c] - y0) / (s1 - 0.0) - a) / (s1 - step);
+                value = yn - a * step + b * (step * 0.0);
+                slope = a - b * (step + 0.0);
+                curvature = 2.0 * b;
+            }
+        } else {
+            const double a = (before[c] - y0) / s1;
+            slope = a;
+            if (p->degree > 1) {
+                const double b = ((older[c] - before[c]) / (s2 - s1) - a) / s2;
+                slope = a - b * s1;
+                curvature = 2.0 * b;
+            }
+        }
+        value = value * p->scale[q] + p->offset[q], slope = slope * p->scale[q], curvature = curvature * p->scale[q];
+        if (s->degree < 2) {
+            value -= curvature * (step * step / 12);
+            slope += curvature * (step / 2);
+            curvature = 0.0;
+            if (s->degree == 0) {
+                value += slope * (step / 2);
+                slope = 0.0;
+            }
+        }
+        d->u[q] = value, d->du[2 * u0 + j] = slope, d->du[2 * u0 + n_u + j] = curvature;
+        if (s->degree > 0 && d->orders[i] < 2) {
+            if (curvature != 0.0) d->orders[i] = 2;
+            else if (slope != 0.0 && d->orders[i] < 1) d->orders[i] = 1;
+        }
+    }
+    return 1;
+}
+
+/* Gives slave i its inputs. */
+static int send(const Plan *p, const Data *d, int64_t i) {
+    const Slave *s = &p->slaves[i];
+    if (s->n_u == 0) return 1;
+    if (failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first))) return 0;
+    if (d->orders[i] == 0) return 1;
+    const int status = ((Derivatives2 *)(intptr_t)s->set_derivatives)(
+        (void *)(intptr_t)s->instance, (const uint32_t *)(intptr_t)s->du_refs, (size_t)(d->orders[i] * s->n_u),
+        (const int32_t *)(intptr_t)s->du_orders, d->du + 2 * s->first);
+    return !failed(d, i, SET_DERIVATIVES, status);
+}
+
+/* Steps slave i from t over h (s). */
+static int advance(const Plan *p, const Data *d, int64_t i, double t, double h) {
+    const Slave *s = &p->slaves[i];
+    int status;
+    if (s->version == 2) {
+        status = ((Step2 *)(intptr_t)s->do_step)((void *)(intptr_t)s->instance, t, h, (int)s->no_set_state);
+    } else if (d->due[i] <= t + 1.000001 * h) { /* not far behind the step: whoever finishes it looks closer */
+        status = ((Finish *)(intptr_t)s->finish)(t, h, 0);
+    } else {
+        uint8_t *told = d->told + 16 * i;
+        double *reached = d->reached + 2 * i + 1;
+        told[0] = told[1] = told[2] = 0, *reached = t + h;
+        status = ((Step3 *)(intptr_t)s->do_step)((void *)(intptr_t)s->instance, t, h, s->no_set_state != 0, (_Bool *)told,
+                                                 (_Bool *)(told + 1), (_Bool *)(told + 2), reached);
+        const int shortened = fabs(*reached - (t + h)) > 1e-9 * (h + fabs(t));
+        if (status <= 1 && (shortened || told[0] + told[1] + told[2] > 0)) status = ((Finish *)(intptr_t)s->finish)(t, h, 1);
+    }
+    return !failed(d, i, DO_STEP, status);
+}
+
+/* Reads the outputs of slave i into row r. */
+static int receive(const Plan *p, const Data *d, int64_t i, int64_t r) {
+    const Slave *s = &p->slaves[i];
+    return !failed(d, i, GET, move(s, s->get_real, s->y_refs, s->n_y, d->Y + r * d->n_Y + s->y_start));
+}
+
+/* loop.march: macro steps from row `row` of Y to row + rows; returns how many were done. */
+EXPORT int64_t march(const Plan *p, const Data *d, int64_t row, int64_t rows, int64_t timed_every) {
+    for (int64_t k = 0; k < rows; k++) {
+        const int64_t r = row + k;
+        const double step = d->h[r + 1], t0 = d->t[r];
+        const double s1 = p->degree > 0 ? d->t[r - 1] - t0 : 0.0, s2 = p->degree > 1 ? d->t[r - 2] - t0 : 0.0;
+        const int timed = timed_every > 0 && k % timed_every == 0;
+        for (int64_t turn = 0; turn < p->n_slaves; turn++) {
+            const int64_t i = p->sequence[turn];
+            const Slave *s = &p->slaves[i];
+            if (!extrapolate(p, d, i, r, step, s1, s2) || !send(p, d, i)) return k;
+            const double began = timed ? seconds() : 0.0;
+            const int good = advance(p, d, i, t0, step);
+            if (timed) d->spent[i] += (double)timed_every * (seconds() - began);
+            if (!good) return k;
+            if (!p->sequential) continue;
+            if (s->feeds_through) { /* as at the end of the step; the value at its start is put back for the record */
+                const int64_t u0 = s->first, n_u = s->n_u;
+                for (int64_t j = 0; j < n_u; j++) {
+                    const int64_t q = u0 + j;
+                    d->kept[q] = d->u[q];
+                    d->u[q] = d->u[q] + step * (d->du[2 * u0 + j] + step * d->du[2 * u0 + n_u + j] / 2);
+                }
+                const int status = move(s, s->set_real, s->u_refs, n_u, d->u + u0);
+                for (int64_t q = u0; q < u0 + n_u; q++) d->u[q] = d->kept[q];
+                if (failed(d, i, SET, status)) return k;
+            }
+            if (!receive(p, d, i, r + 1)) return k;
+        }
+        double *used = d->used + k * p->n_bond_inputs * 3;
+        for (int64_t q = 0; q < p->n_bond_inputs; q++, used += 3) {
+            used[0] = d->u[p->bond_inputs[3 * q]];
+            if (p->degree > 0) used[1] = d->du[p->bond_inputs[3 * q + 1]], used[2] = d->du[p->bond_inputs[3 * q + 2]];
+        }
+        const double *next = d->Y + (r + 1) * d->n_Y;
+        for (int64_t turn = 0; turn < p->n_slaves; turn++) {
+            const int64_t i = p->exchange[turn];
+            const Slave *s = &p->slaves[i];
+            if (s->feeds_through) {
+                for (int64_t q = s->first; q < s->first + s->n_u; q++) {
+                    const double y1 = next[p->source[q]];
+                    if (!(fabs(y1) <= DBL_MAX)) return k;
+                    d->u[q] = y1 * p->scale[q] + p->offset[q];
+                }
+                if (failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first))) return k;
+            }
+            if ((s->feeds_through || !p->sequential) && !receive(p, d, i, r + 1)) return k;
+        }
+        for (int64_t q = 0; q < p->n_stops; q++)
+            if (next[p->stops[q]] > p->above[q]) return k + 1;
+    }
+    return rows;
+}
+
+/* energy.accumulate: n steps that reached Y, n_past points before them; sums are added to in place. */
+EXPORT void accumulate(int64_t n_bonds, const int64_t *signals, const double *inverse, const double *offset, const double *factors,
+                       int64_t n_past, const double *past, int64_t n, int64_t n_Y, const double *Y, const double *h, double before,
+                       const double *used, double *residual, double *exchanged, double *peak) {
+    const int64_t width = 2 * n_bonds;
+    for (int64_t b = 0; b < n_bonds; b++) {
+        const int64_t motion = signals[2 * b], effort = signals[2 * b + 1];
+        const double factor = factors[b], c_w = inverse[2 * b], c_M = inverse[2 * b + 1], o_w = offset[2 * b], o_M = offset[2 * b + 1];
+        const double *p1 = past + (n_past - 1) * width + 2 * b, *p2 = past + (n_past - (n_past < 2 ? n_past : 2)) * width + 2 * b;
+        const double *p3 = past + 2 * b;
+        double w1 = p1[0], M1 = p1[1], w2 = p2[0], M2 = p2[1], w3 = p3[0], M3 = p3[1], last = before;
+        double sum_residual = residual[b], sum_exchanged = exchanged[b], highest = peak[b];
+        for (int64_t k = 0; k < n; k++) {
+            const double w = Y[k * n_Y + motion], M = Y[k * n_Y + effort], step = h[k];
+            const int uneven = fabs(step - last) > 1e-9 * step;
+            double w_half, M_half;
+            if (n_past + k >= 3 && !uneven) {
+                w_half = (5 * w + 15 * w1 - 5 * w2 + w3) / 16, M_half = (5 * M + 15 * M1 - 5 * M2 + M3) / 16;
+            } else if (n_past + k == 2 && !uneven) {
+                w_half = (3 * w + 6 * w1 - w2) / 8, M_half = (3 * M + 6 * M1 - M2) / 8;
+            } else {
+                w_half = (w + w1) / 2, M_half = (M + M1) / 2;
+            }
+            const double *of_w = used + (k * width + 2 * b) * 3, *of_M = of_w + 3;
+            const double u_w = of_w[0] - o_w, u_M = of_M[0] - o_M, half = step / 2;
+            const double s_w = of_w[1], s_M = of_M[1], q_w = of_w[2] / 2, q_M = of_M[2] / 2;
+            const double start = (u_M * c_M * w1 - M1 * (u_w * c_w)) * factor;
+            const double middle =
+                ((u_M + half * (s_M + half * q_M)) * c_M * w_half - M_half * ((u_w + half * (s_w + half * q_w)) * c_w)) * factor;
+            const double end = ((u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)) * factor;
+            sum_residual += step / 6 * (start + 4 * middle + end);
+            sum_exchanged += step / 6 * (fabs(M1 * w1 * factor) + 4 * fabs(M_half * w_half * factor) + fabs(M * w * factor));
+            highest = fmax(fmax(fmax(highest, fabs(start)), fabs(middle)), fabs(end));
+            w3 = w2, w2 = w1, w1 = w, M3 = M2, M2 = M1, M1 = M, last = step;
+        }
+        residual[b] = sum_residual, exchanged[b] = sum_exchanged, peak[b] = highest;
+    }
+}
