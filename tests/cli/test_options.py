@@ -142,6 +142,17 @@ def test_a_system_that_names_nothing_to_exchange_needs_a_component(cosim: Callab
     assert code == 0, err
 
 
+def test_gyro_exchanges_what_the_system_says(cosim_json: Callable[..., Any], tmp_path: Path) -> None:
+    from gyro_cosim.systems import catalogue
+
+    text = catalogue.systems()["wheel-pair"].read_text().replace('"gyro"', '"damper"').replace('"gyro.', '"damper.')
+    (tmp_path / "damped.ssd").write_text(text)
+    found = cosim_json("run", "damped.ssd", *RUN[2:], "--gyro", "nonlinear")
+    assert found["components"] == {"vehicle": "vehicle:wheel_pair", "damper": "gyro_unit:nonlinear"}
+    swept = cosim_json("sweep", "damped.ssd", "--stop", "0.02", "--gyro", "nonlinear,linear", "--output", "s.csv")
+    assert (swept["done"], swept["failed"]) == (2, 0)
+
+
 def test_the_version_is_that_of_the_package(cosim: Callable[..., Any]) -> None:
     from importlib.metadata import version
 

@@ -115,7 +115,7 @@ def test_a_point_must_have_a_value_for_each_parameter() -> None:
 def test_without_spin_the_roots_are_those_of_the_vehicle_alone() -> None:
     """At 0 rpm no moment links the gimbals with yaw, only with pitch: slow roots are the same."""
     alone = straight("B")
-    alone = replace(alone, components=alone.components[:1], connections=(), bonds=())
+    alone = replace(alone, components=alone.components[:1], connections=(), bonds=(), exchange=None)
     for v in (2.0, 8.0, 50.0):
         bare = AtRest(alone, ("vehicle.speed",), ALONG).roots((v,))
         both = over_speed_and_spin("B").roots((v, 0.0))

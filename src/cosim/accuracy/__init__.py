@@ -1,1 +1,30 @@
-"""How right a result is: the certificate of a run, convergence over the macro step, the monolith as reference."""
+"""How right is a result?
+
+certificate     of a run: estimated coupling error of every output, observed order, stability margin
+convergence     true errors over a ladder of macro steps, and the observed order
+monolith        the reference: the same equations as one system, without coupling
+figures         the ladder drawn
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .certificate import Certificate, OutputError, Stability, certify, margin
+    from .convergence import Convergence, Ladder, converge
+    from .monolith import Monolith
+
+__all__ = [
+    "Certificate", "Convergence", "Ladder", "Monolith", "OutputError", "Stability", "certify", "converge", "margin",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for: a certificate needs no equations, which take a while to import."""
+    from importlib import import_module
+
+    for module in ("certificate", "convergence", "monolith"):
+        if name in __all__:
+            loaded = import_module(f".{module}", __name__)
+            if hasattr(loaded, name):
+                return getattr(loaded, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

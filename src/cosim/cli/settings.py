@@ -82,13 +82,19 @@ def split_variants(text: str) -> tuple[str, ...]:
     return tuple(found)
 
 
+def gyro_of(system: System) -> str:
+    """What --gyro exchanges: what the system says is exchanged in it, else the component called so."""
+    return "gyro" if system.exchange is None else system.exchanged()
+
+
 def applied(system: System, gyro: str | None, texts: Sequence[str] | None) -> System:
     """The system with --gyro and --set of a command that runs one variant of each component."""
     chosen = settings(texts or (), system)
     if gyro is not None:
-        if "gyro" in chosen.variants:
-            raise ValueError(f"--gyro is short for --set gyro=VARIANT: give one of the two, got both ({gyro!r})")
-        system = system.with_source("gyro", gyro)
+        name = gyro_of(system)
+        if name in chosen.variants:
+            raise ValueError(f"--gyro is short for --set {name}=VARIANT: give one of the two, got both ({gyro!r})")
+        system = system.with_source(name, gyro)
     for name, variants in chosen.variants.items():
         if len(variants) > 1:
             raise ValueError(f"--set {name} must be one variant here (compare and sweep take several), got {', '.join(variants)}")

@@ -8,7 +8,7 @@ import typer
 from ..coupling import ALGORITHMS
 from ..systems import System
 from .common import AsJson, Degrees, SystemName, chosen_system, degrees, finite, needs, progress, say, seconds
-from .settings import settings, words
+from .settings import gyro_of, settings, words
 
 
 def command(
@@ -56,7 +56,7 @@ def command(
     needs("--seed", seed, "--lhs", samples is not None)
     if scheduler is not None and workers is not None:
         raise ValueError(f"--workers has no effect with --scheduler, got {workers}")
-    parameters, variants = _axes([*([f"gyro={gyro}"] if gyro is not None else []), *(values or ())], plan)
+    parameters, variants = _axes([*([f"{gyro_of(plan)}={gyro}"] if gyro is not None else []), *(values or ())], plan)
     what = Sweep(
         plan, parameters, variants,
         algorithms=words(algorithms), degrees=degrees(degree),

@@ -9,10 +9,17 @@ import numpy as np
 class Difference:
     """A signal y against its reference r.
 
-    rms : rms(y - r) / rms(r). peak : max|y - r| / max|r|. Where r is zero throughout, y takes its place in the denominator.
-    shift (s) : by which y comes later than r, at the greatest cross-correlation; correlation : its coefficient there, 1 where
-    y is r moved and scaled. Where it is below 0.9 or so the shift means little; signals that do not move give 0 and 1.
-    reference_peak, own_peak : max|r|, max|y|.
+    Parameters
+    ----------
+    rms, peak : float
+        rms(y - r) / rms(r) and max|y - r| / max|r|. Where r is zero throughout, y takes its place in the denominator.
+    shift : float
+        Time (s) by which y comes later than r, at the greatest cross-correlation.
+    correlation : float
+        The coefficient there, 1 where y is r moved and scaled. Where it is below 0.9 or so the shift means little; signals
+        that do not move give 0 and 1.
+    reference_peak, own_peak : float
+        max|r| and max|y|, in the signal's unit.
     """
 
     rms: float
@@ -24,9 +31,16 @@ class Difference:
 
 
 def difference(t: np.ndarray, reference: np.ndarray, own: np.ndarray, rest: float = 0.0) -> Difference:
-    """The difference of `own` from `reference`, both shape (n,) at the evenly spaced times `t` (s).
+    """How much a signal differs from its reference.
 
-    rest : what never exceeds this counts as zero throughout, so that rounding is not compared with rounding.
+    Parameters
+    ----------
+    t : ndarray, shape (n,)
+        Evenly spaced times (s).
+    reference, own : ndarray, shape (n,)
+        The two signals.
+    rest : float
+        What never exceeds this counts as zero throughout, so that rounding is not compared with rounding.
     """
     reference, own = (np.zeros_like(v) if np.abs(v).max() <= rest else v for v in (reference, own))
     largest, own_largest = float(np.abs(reference).max()), float(np.abs(own).max())
@@ -71,7 +85,7 @@ def time_shift(t: np.ndarray, reference: np.ndarray, own: np.ndarray) -> tuple[f
 
 
 def _common_norm(a: np.ndarray, b: np.ndarray, reach: int, floor: float) -> np.ndarray:
-    """sqrt(sum a^2 sum b^2) over the part that a and b, moved by each lag -reach ... reach, have in common."""
+    """sqrt(sum a^2 sum b^2) over what a and b, moved by each lag -reach ... reach, have in common."""
     n, lags = a.size, np.arange(-reach, reach + 1)
     A, B = (np.concatenate([[0.0], np.cumsum(v**2)]) for v in (a, b))
     first, last = np.maximum(0, -lags), np.minimum(n, n - lags)  # of a; b lies `lag` further on

@@ -19,7 +19,17 @@ LINES = 24
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Frequencies (Hz) and complex output over input, shape (n,). A phase below zero: the output is late."""
+    """A frequency response.
+
+    Parameters
+    ----------
+    name : str
+        Of the bond it was measured at.
+    frequency : ndarray, shape (n,)
+        Hz.
+    value : ndarray of complex, shape (n,)
+        Output over input. A phase below zero: the output is late.
+    """
 
     name: str
     frequency: np.ndarray
@@ -39,7 +49,27 @@ def frequencies(step: float, lowest: float = 0.2) -> np.ndarray:
 def measure(
     slave: Slave, values: Mapping[str, Any], place: int, row: int, *, rms: float, step: float, name: str = ""
 ) -> Response:
-    """Output `row` over input `place` of `slave`, started anew with `values`, at a drive of `rms`, in steps of `step` (s)."""
+    """Measure one response of a slave that is driven alone.
+
+    Parameters
+    ----------
+    slave : Slave
+        Started anew for this.
+    values : mapping
+        Its parameters and start values.
+    place, row : int
+        Of the input that is driven and the output that is looked at.
+    rms : float
+        Of the drive, in the input's unit.
+    step : float
+        Time (s) between two points.
+    name : str
+        What the response is called.
+
+    References
+    ----------
+    See the module's docstring.
+    """
     f = frequencies(step)
     n = round(1 / f[0] / step)  # steps a period
     f = f * (1 / (n * step)) / f[0]  # the period is a whole number of steps

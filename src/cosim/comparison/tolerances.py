@@ -27,7 +27,17 @@ UNITS = {"rms": "1", "peak": "1", "shift": "s"}
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Limits by signal pattern, each a dictionary with some of `rms`, `peak`, `shift` (s); `created` a share of the energy."""
+    """Limits on what a variant may differ by.
+
+    Parameters
+    ----------
+    signals : dict of str to dict
+        Pattern as trajectory.matching() reads it -> some of `rms`, `peak` (relative) and `shift` (s).
+    created : float or None
+        Energy that the interface creates, over the energy that crosses it.
+    where : str
+        Where they come from, for messages.
+    """
 
     signals: dict[str, dict[str, float]] = field(default_factory=dict)
     created: float | None = None

@@ -24,10 +24,20 @@ from ..trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class UnitEnergy:
-    """Energy (J) at the power bonds of one unit, at the end of a run; see the module's docstring.
+    """Energy (J) at the power bonds of one gyro unit, or any component, at the end of a run; see the module's docstring.
 
-    least : smallest value of absorbed on the way. exchanged : integral of the size of the power.
-    created : None where the unit reports no energy. course : absorbed over time, shape (n,).
+    Parameters
+    ----------
+    unit : str
+        The component.
+    absorbed, least : float
+        What it has absorbed, and the smallest value of that on the way.
+    exchanged : float
+        Integral of the size of the power.
+    created : float or None
+        None where the component reports no energy.
+    course : ndarray, shape (n,)
+        Absorbed over time.
     """
 
     unit: str

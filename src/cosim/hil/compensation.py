@@ -26,6 +26,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+__all__ = [
+    "COMPENSATORS",
+    "Compensator",
+    "Filter",
+    "Impulse",
+    "PassivityController",
+    "Polynomial",
+    "Taps",
+    "Uncompensated",
+    "delay_taps",
+]
+
 
 @dataclass(frozen=True, eq=False)
 class Taps:

@@ -29,7 +29,17 @@ from .sampled_model import SampledModel, linearise
 
 @dataclass(frozen=True)
 class Compensation:
-    """What stands at the receiving end. model : the variant that predicts (empty: none); passive : a passivity controller."""
+    """What stands at the receiving end of the delayed signals.
+
+    Parameters
+    ----------
+    compensator : Compensator
+        A filter that extrapolates.
+    model : str
+        The variant that predicts; empty for none.
+    passive : bool
+        Whether there is a passivity controller.
+    """
 
     compensator: Compensator = field(default_factory=Uncompensated)
     model: str = ""
@@ -101,7 +111,15 @@ class DelayStudy:
 
 @dataclass(frozen=True)
 class Margin:
-    """The largest delay (s) that is still good; None where even none is good, `longest` where all that were tried are."""
+    """The largest delay that is still good.
+
+    Parameters
+    ----------
+    delay : float or None
+        s; None where even no delay is good, the study's `longest` where all that were tried are.
+    tried : int
+        How many delays were tried.
+    """
 
     delay: float | None
     tried: int
@@ -235,9 +253,20 @@ def delayed_network(setting: DelayStudy, delay: float) -> Network:
 
 @dataclass(frozen=True, eq=False)
 class DelayMap:
-    """Largest stable delay (s), shape (len(steps), len(values)), over macro step (s) and a parameter; NaN: none is stable.
+    """Largest stable delay over macro step and a parameter.
 
-    parameter : `component.parameter` with `values` in its unit, `unit`.
+    Parameters
+    ----------
+    parameter, unit : str
+        `component.parameter` and its unit.
+    values : ndarray, shape (m,)
+        Of the parameter, in its unit.
+    steps : ndarray, shape (n,)
+        Macro steps (s).
+    delay : ndarray, shape (n, m)
+        s; NaN where not even no delay is stable.
+    longest : float
+        The longest delay that was tried (s).
     """
 
     parameter: str

@@ -11,6 +11,8 @@ from gyro_cosim.component.variables import BALANCE
 from ..slaves.base import Counting, Counts, Restorable, Slave, counts, restorable
 from .compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 
+__all__ = ["DelayedSlave"]
+
 
 class DelayedSlave(Restorable, Counting):
     """A slave whose efforts arrive late; the other outputs (energies, angles) stay as they are.

@@ -31,6 +31,8 @@ import numpy as np
 
 from ..errors import RunError
 
+__all__ = ["POLICIES", "Pacer", "Policy", "RealTimeError", "Report"]
+
 Policy = Literal["count", "skip", "stop"]
 POLICIES: tuple[Policy, ...] = ("count", "skip", "stop")
 PERCENTILES = (50.0, 90.0, 99.0, 99.9, 100.0)

@@ -23,6 +23,8 @@ from ..slaves.in_process import ComponentSlave
 from ..systems import System
 from .compensation import Taps
 
+__all__ = ["SampledModel", "linearise"]
+
 
 @dataclass(frozen=True, eq=False)
 class SampledModel:

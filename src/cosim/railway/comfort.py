@@ -30,7 +30,19 @@ SCALE = ((1.5, "very comfortable"), (2.5, "comfortable"), (3.5, "medium"), (4.5,
 
 @dataclass(frozen=True)
 class Weighting:
-    """A weighting filter. f1 to f6 : corner frequencies, Hz; Q2 to Q4 : resonance qualities; K : gain. f5 = inf: no step."""
+    """A weighting filter; see the module's docstring.
+
+    Parameters
+    ----------
+    name
+        Of the filter.
+    f1, f2, f3, f4, f5, f6
+        Corner frequencies, Hz; without a step f5 and f6 are infinite.
+    Q2, Q3, Q4
+        Resonance qualities.
+    K
+        Gain.
+    """
 
     name: str
     f3: float

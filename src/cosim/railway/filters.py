@@ -9,9 +9,28 @@ WINDOW = 2.0  # m
 
 
 def low_pass(signal: np.ndarray, t: np.ndarray, cut_off: float = CUT_OFF) -> np.ndarray:
-    """`signal` (n,) over evenly spaced `t` (n,) without what is faster than `cut_off` (Hz): 24 dB per octave, no phase shift.
+    """A signal without what is faster than a frequency: 24 dB per octave, no phase shift.
 
     A Butterworth filter of order 2 forwards and backwards, its corner moved so that both together lose 3 dB at `cut_off`.
+
+    Parameters
+    ----------
+    signal
+        Shape (n,).
+    t
+        Evenly spaced times, s, shape (n,).
+    cut_off
+        In Hz.
+
+    Returns
+    -------
+    filtered
+        Shape (n,).
+
+    Raises
+    ------
+    ValueError
+        Where the times are not evenly spaced, or too coarse for the filter.
     """
     from scipy.signal import butter, sosfiltfilt
 

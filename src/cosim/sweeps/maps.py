@@ -54,7 +54,24 @@ def selected(table: Table, column: str, text: str) -> Table:
 
 
 def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
-    """The measure as colour over x and y: cells where both are listed axes, points where they were sampled."""
+    """Draw a measure as colour over two columns: cells where both are listed axes, points where they were sampled.
+
+    Parameters
+    ----------
+    table
+        Of a sweep.
+    x, y, measure
+        Columns that hold numbers.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        For a column that holds text, and where there would be too many panels.
+    """
     _numeric(table, x, y, measure)
     panels = _panels(table, {x, y}, MOST_PANELS, "panel")
     columns = min(3, len(panels))
@@ -84,7 +101,24 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
 
 
 def curves_of(table: Table, x: str, measure: str) -> "Figure":
-    """The measure over x: a curve for each value of the other axes, dots where x was sampled."""
+    """Draw a measure over a column: a curve for each value of the other axes, dots where the column was sampled.
+
+    Parameters
+    ----------
+    table
+        Of a sweep.
+    x, measure
+        Columns that hold numbers.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ValueError
+        For a column that holds text, and where there would be too many curves.
+    """
     _numeric(table, x, measure)
     fig, axes = figures.figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]

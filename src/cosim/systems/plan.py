@@ -1,111 +1,12 @@
 """A system: named components, the connections between their signals, parameter values. A plan; it loads nothing."""
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
-
-from gyro_cosim.component.units import Unit
 
 from ..errors import WiringError, unknown
 from . import catalogue
-
-
-@dataclass(frozen=True)
-class Port:
-    """What a system file says of a connector, to be compared with the component behind it.
-
-    kind : "input", "output", "parameter" or "calculatedParameter". type : as FMI 3.0 or SSP 1.0 call it; "" where not stated.
-    unit : its meaning where one is stated.
-    """
-
-    kind: str
-    type: str = ""
-    unit: Unit | None = None
-
-
-@dataclass(frozen=True)
-class SystemComponent:
-    """A component of a system: its name there, where it comes from, and the start values that differ from its own.
-
-    name : may hold "/", which separates the names of nested systems, and any other character.
-    source : an FMU, `FILE` or `ARCHIVE#MEMBER`, or a catalogue name ("gyro_unit:linear", "my_gyro.py").
-    values : name -> text with an optional unit ("200rpm") or a number in the variable's own unit, or a sequence of them.
-    bound : the same from parameter files, for those variables that the component has; `values` go first.
-    ports : connectors as the system file describes them.
-    """
-
-    name: str
-    source: str
-    values: Mapping[str, Any] = field(default_factory=dict)
-    bound: Mapping[str, Any] = field(default_factory=dict)
-    ports: Mapping[str, Port] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Conversion:
-    """What happens to a value on its way: target = factor * (source in the target's unit) + offset, or a table of numbers.
-
-    start, end : units stated at the two connectors, None where none are. suppress : no conversion between units.
-    table : (source, target) pairs for numbers that stand for booleans, integers or enumerations.
-    """
-
-    start: Unit | None = None
-    end: Unit | None = None
-    factor: float = 1.0
-    offset: float = 0.0
-    suppress: bool = False
-    table: tuple[tuple[float, float], ...] = ()
-
-
-@dataclass(frozen=True)
-class Connection:
-    """From the output `start` = (component, variable) to the input `end`.
-
-    conversions : what stands between, one for each connection of the system file that it is made of; none: units are converted.
-    """
-
-    start: tuple[str, str]
-    end: tuple[str, str]
-    conversions: tuple[Conversion, ...] = ()
-
-
-@dataclass(frozen=True)
-class PowerBond:
-    """A pair of connections in opposite directions whose signals' product is a power.
-
-    motion : (component, variable), e.g. a rate, flowing out of the component that `effort` flows into.
-    effort : (component, variable), e.g. a moment. motion times effort is the power INTO the component that sends `motion`.
-    """
-
-    motion: tuple[str, str]
-    effort: tuple[str, str]
-
-
-@dataclass(frozen=True)
-class StopWhen:
-    """End a run, with all results up to there, when an output rises above a value: `says` is what then has happened."""
-
-    signal: tuple[str, str]
-    above: float
-    says: str
-
-
-@dataclass(frozen=True)
-class Exchange:
-    """What people exchange in a system: the default of commands and studies that compare variants of a component.
-
-    Parameters
-    ----------
-    component : str
-        The name that addresses it, as System.addressed() takes it: "gyro" for gyro_front and gyro_rear.
-    ending : str
-        Ending of the variants that are meant in this system's size, such as "_full": "off" then means "off_full" where there
-        is one, so that a small unit is not put on a large vehicle by mistake. Empty: names of variants stand as they are.
-    """
-
-    component: str
-    ending: str = ""
+from .elements import Connection, Exchange, PowerBond, StopWhen, SystemComponent
 
 
 @dataclass(frozen=True)

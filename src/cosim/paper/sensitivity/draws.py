@@ -159,10 +159,27 @@ class DrawRunner:
 
 
 def carry_out(study: Study, file: Path, *, workers: int | None = None, progress: Progress | None = None) -> Table:
-    """All rows of the study, doing those that `file` (.csv, .npz or .parquet) does not hold yet.
+    """All rows of a study, doing those that its file does not hold yet; Ctrl-C keeps what is done and is raised again.
 
-    progress : called with draws done and draws in all. ValueError if the file holds another study. Ctrl-C keeps what was done
-    and goes on upwards.
+    Parameters
+    ----------
+    study
+        What is drawn and run.
+    file
+        .csv, .npz or .parquet.
+    workers
+        Processes, one a core where None.
+    progress
+        Called with draws done and draws in all.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    ValueError
+        Where the file holds another study.
     """
     files = {source: str(catalogue.fmu(source)) for source in study.subject.sources}
     definition = _definition(study, files)
