@@ -16,7 +16,7 @@ from small_fmus import FAULTS
 
 from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate, system
 from gyro_cosim.slaves import open_slave, scratch
-from gyro_cosim.slaves.processes.fmu_process import IsolatedSlave
+from gyro_cosim.slaves.processes.isolated import IsolatedSlave
 from gyro_cosim.ssp.packing import pack
 
 
