@@ -31,7 +31,7 @@ def nothing_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> object:
     children = Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children")
     mine = children.read_text().split() if children.is_file() else []
     commands = [Path(f"/proc/{pid}/cmdline").read_bytes() for pid in mine if Path(f"/proc/{pid}/cmdline").exists()]
-    assert not [c for c in commands if b"gyro_cosim.slaves.processes.isolated" in c]
+    assert not [c for c in commands if b"gyro_cosim.slaves.processes.fmu_process" in c]
 
 
 def broken(folder: Path, fault: str) -> System:

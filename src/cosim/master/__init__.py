@@ -1,7 +1,10 @@
 """The master: it runs a system over macro steps, records it, and says what the coupling cost.
 
-simulation      a run from beginning to end, and what it was
+simulation      a run from beginning to end
+results         what it was, and how it shows itself
 stepping        macro step after macro step
+state           what changes on the way, as one value
+time_grid       the communication points
 adaptive        macro steps that adapt
 progress        how far long work has come
 energy          what the coupling adds on each power bond

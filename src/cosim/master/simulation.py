@@ -3,7 +3,6 @@
 import logging
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Literal
 
 from ..coupling import Algorithm, Jacobi
@@ -12,104 +11,14 @@ from ..network import Network
 from ..slaves import Slave, open_slave
 from ..slaves.fmi.unpacked import FmuCache
 from ..systems import System
-from ..trajectory import Trajectory
-from . import shown
-from .energy import BondEnergy, untrustworthy
 from .progress import Progress
+from .results import Run, Status, Timing
 from .stepping import Options, Stepper
 from .time_grid import TimeGrid, macro_steps
 
 __all__ = ["Options", "Run", "Status", "Timing", "macro_steps", "open_network", "run", "simulate"]
 
 _log = logging.getLogger(__name__)
-
-Status = Literal["done", "ended", "interrupted", "failed"]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Seconds: opening and starting the slaves, the loop over macro steps, and in it each component's steps."""
-
-    setup_s: float
-    loop_s: float
-    do_step_s: dict[str, float]
-
-    @property
-    def master_s(self) -> float:
-        """What the loop spent outside the components' steps."""
-        return self.loop_s - sum(self.do_step_s.values())
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Run:
-    """What a run did.
-
-    Attributes
-    ----------
-    system, algorithm : System, Algorithm
-        What was run, and how.
-    step : float
-        Macro step, s; the first one where it adapts.
-    steps : int
-        Macro steps completed.
-    trajectory : Trajectory
-        The results.
-    energy : tuple of BondEnergy
-        What each power bond carried, and what the coupling added to it.
-    timing : Timing
-        Where the time went.
-    status : {"done", "ended", "interrupted", "failed"}
-        "ended" by a stop condition of the system or at a component's request; "interrupted" by the user.
-    iterations : int
-        Passes over macro steps where the algorithm iterates, in all.
-    rejections : int
-        Macro steps that were taken back to be done shorter.
-    ended_by : str
-        Why it is "ended".
-    start : float
-        When it began, s.
-    events : mapping of str to int
-        How many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
-    warnings : mapping of str to (int, str)
-        Of each component that has given warnings, how many, and the text of the first.
-    """
-
-    system: System
-    algorithm: Algorithm
-    step: float
-    steps: int
-    trajectory: Trajectory
-    energy: tuple[BondEnergy, ...]
-    timing: Timing
-    status: Status
-    iterations: int = 0
-    rejections: int = 0
-    ended_by: str = ""
-    start: float = 0.0
-    events: Mapping[str, int] = field(default_factory=dict)
-    warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
-
-    def __repr__(self) -> str:
-        return "\n".join(shown.lines(self))
-
-    def _repr_html_(self) -> str:
-        return shown.page(self)
-
-    @property
-    def coupling_warning(self) -> str:
-        """Why the result should not be trusted, in words; empty where nothing speaks against it."""
-        bond = untrustworthy(self.energy)
-        if bond is None:
-            return ""
-        return (
-            f"the coupling itself made or lost {bond.share:.2g} of the energy on {bond.name}: do not trust this result before "
-            "you have it with a smaller macro step or a higher input degree (a certificate tells the largest stable step)"
-        )
-
-    @property
-    def energy_residual(self) -> float:
-        """Energy (J) that the coupling added over all power bonds."""
-        return sum(bond.residual for bond in self.energy)
 
 
 def simulate(

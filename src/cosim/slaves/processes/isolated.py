@@ -1,6 +1,6 @@
 """A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
 
-The child runs `python -m` this module; requests and answers are pickled over a socket pair. What the FMU prints
+The child runs fmu_process.py; requests and answers are pickled over a socket pair. What the FMU prints
 and logs goes to an unnamed file, from which its last lines are read. Linux and macOS.
 """
 
@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from multiprocessing.connection import Connection, Pipe
+from multiprocessing.connection import Pipe
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,12 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
 from ..description import SlaveDescription
-from ..fmi.log import Log, shown
+from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Value
 from . import child
 
+PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
 
 
@@ -40,7 +41,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
         self._connection, theirs = Pipe()
         try:
-            self._process = child.start(__name__, (), descriptor=theirs.fileno(), words=self._words, temporary=self._scratch.path)
+            self._process = child.start(PROGRAM, (), descriptor=theirs.fileno(), words=self._words, temporary=self._scratch.path)
         except BaseException:
             self._remove()
             raise
@@ -142,64 +143,3 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         self._connection.close()
         self._words.close()
         self._scratch.remove()
-
-
-def serve(connection: Connection) -> None:
-    """The child: open one FMU and do what is asked until `close` or the parent is gone."""
-    slave: Any = None
-    snapshots: dict[int, Any] = {}
-    messages: list[tuple[int, str, str]] = []
-    count = 0
-
-    def heard(*message: Any) -> None:
-        """What the FMU says goes to the parent with the next answer, and into the file, should there be none."""
-        messages.append(message)
-        print(shown(message), flush=True)
-
-    while True:
-        try:
-            what, arguments = connection.recv()
-        except (EOFError, OSError):
-            break
-        if what == "close":
-            break
-        answer: Any = None
-        kind = "done"
-        try:
-            if what == "open":
-                from ..opening import open_fmu
-
-                slave = open_fmu(*arguments)
-                slave.log.echo = heard
-                answer = slave.description
-            elif what == "save":
-                count += 1
-                snapshots[count], answer = slave.save(), count
-            elif what == "restore":
-                slave.restore(snapshots[arguments[0]])
-            elif what == "discard":
-                slave.discard(snapshots.pop(arguments[0]))
-            else:
-                answer = getattr(slave, what)(*arguments)
-        except SlaveError as error:
-            kind, answer = "slave", (error.t, error.h, error.reason, error.log)
-        except EndRequest as request:
-            kind, answer = "end", request.t
-        except ValueError as error:
-            kind, answer = "value", str(error)
-        except Exception as error:  # whatever it is, the parent needs one line
-            kind, answer = "other", f"{type(error).__name__}: {error}"
-        connection.send((kind, answer, None if slave is None else slave.counts.events, messages))
-        messages.clear()
-    if slave is not None:
-        slave.close()
-
-
-def main() -> None:
-    """Arguments: the number of the socket, the parent's process id."""
-    if child.belongs():
-        serve(Connection(int(sys.argv[1])))
-
-
-if __name__ == "__main__":
-    main()
