@@ -46,7 +46,7 @@ MOVED = {  # modules that are called otherwise in their package, too; what stand
     "cosim.fast": "gyro_cosim.kernel.driver",
     "cosim.linear": "gyro_cosim.network.linearised",
     "cosim.loop": "gyro_cosim.kernel.loop",
-    "cosim.loop_numba": "gyro_cosim.kernel.numba_calls",
+    "cosim.loop_numba": "gyro_cosim.kernel.native",
     "cosim.march": "gyro_cosim.master.stepping",
     "cosim.monolith": "gyro_cosim.accuracy.monolith",
     "cosim.packing": "gyro_cosim.ssp.packing",

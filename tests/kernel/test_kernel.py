@@ -1,6 +1,8 @@
 """The inner loop: one source, run by Python or compiled, and the plain path: the same bits from all three."""
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import oscillators
@@ -191,3 +193,50 @@ def test_a_thousand_fmus_run() -> None:
     one = simulate(pair, step=1e-2, stop=0.2).trajectory
     assert len(many.names) == 500 * len(one.names)
     np.testing.assert_array_equal(many.values, np.tile(one.values, 500))
+
+
+@pytest.fixture
+def no_kernel_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A cache that holds our FMUs and no kernel."""
+    catalogue.fmu("gyro_unit:linear"), catalogue.fmu("vehicle:wheel_pair")
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    (cache / "fmu").symlink_to(catalogue.cache_folder())
+    monkeypatch.setenv("GYRO_COSIM_CACHE", str(cache))
+    for function in (native.kernel, native._file):
+        function.cache_clear()
+    yield cache
+    for function in (native.kernel, native._file):
+        function.cache_clear()
+
+
+def test_the_kernel_is_compiled_once_and_kept(no_kernel_yet: Path) -> None:
+    assert not native.cached()
+    simulate(system("wheel-pair"), step=1e-3, stop=0.1)
+    assert not native.cached()  # too short a run to pay
+    simulate(system("wheel-pair"), step=1e-3, stop=8.0)
+    assert native.cached()
+    (kept,) = (no_kernel_yet / "kernel").iterdir()
+    before = kept.stat().st_mtime_ns
+    native.kernel.cache_clear()
+    assert isinstance(native.kernel(), native.Kernel)
+    assert kept.stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize("how", ["no compiler", "no place"])
+def test_without_a_kernel_the_plain_loop_runs_and_the_summary_says_so(
+    how: str, no_kernel_yet: Path, monkeypatch: pytest.MonkeyPatch, cosim: Callable[..., Any]
+) -> None:
+    if how == "no compiler":
+
+        def refuse(*_: object) -> bytes:
+            raise fmus.compiler.CompilerError("the C compiler for this machine cannot be run: none")
+
+        monkeypatch.setattr(catalogue, "compiled", refuse)
+    else:
+        (no_kernel_yet / "kernel").write_text("a file where a folder should be")
+    code, out, _ = cosim("run", "wheel-pair", "--stop", "8")
+    assert code == 0
+    (line,) = (line for line in out.splitlines() if "kernel" in line)
+    assert line.startswith("the inner loop ran in Python, without its compiled kernel: ")
+    assert ("the C compiler for this machine cannot be run" if how == "no compiler" else "File exists") in line

@@ -45,6 +45,7 @@ def document(run: Run, found: Sequence[Assessed] = ()) -> dict[str, Any]:
         "ended_by": run.ended_by,
         "iterations": run.iterations,
         "rejections": run.rejections,
+        "without_kernel": run.without_kernel,
         "warnings": {name: {"count": count, "first": first} for name, (count, first) in run.warnings.items()},
         "events": {"total": sum(run.events.values()), "components": dict(run.events)},
         "timing": {
@@ -109,10 +110,11 @@ def summary(run: Run, in_process: bool, found: Sequence[Assessed] = ()) -> list[
     told = ", ".join(f"{name} {count}" for name, count in sorted(run.events.items(), key=lambda item: -item[1])[:8])
     more = f" and {len(run.events) - 8} more" if len(run.events) > 8 else ""
     events = [f"events: {sum(run.events.values())} ({told}{more})"] if run.events else []
+    slow = [f"the inner loop ran in Python, without its compiled kernel: {run.without_kernel}"] if run.without_kernel else []
     warned = [f"{name} gave {n} warning{'s' if n > 1 else ''}, the first: {first}" for name, (n, first) in run.warnings.items()]
     warning = [f"WARNING: {run.coupling_warning}"] if run.coupling_warning else []
     bonds = bonds or ["coupling energy residual: the system has no power bond"]
-    return [*lines, *events, *warned, "", table, "", *bonds, *warning, *assessments.lines(found)]
+    return [*lines, *slow, *events, *warned, "", table, "", *bonds, *warning, *assessments.lines(found)]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

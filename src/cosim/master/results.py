@@ -67,6 +67,8 @@ class Run:
         How many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
     warnings : mapping of str to (int, str)
         Of each component that has given warnings, how many, and the text of the first.
+    without_kernel : str
+        Why the inner loop ran as Python runs it although it was worth compiling; empty where it did not.
     """
 
     system: System
@@ -83,6 +85,7 @@ class Run:
     start: float = 0.0
     events: Mapping[str, int] = field(default_factory=dict)
     warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
+    without_kernel: str = ""
 
     def __repr__(self) -> str:
         return "\n".join(lines(self))

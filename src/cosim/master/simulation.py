@@ -197,6 +197,7 @@ def run(
         ended_by=state.ended_by or request,
         start=start,
         events={name: c.events for name, c in counts.items() if c.events is not None},
+        without_kernel=stepper.without_kernel,
         warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
     )
     if failure is not None:

@@ -166,7 +166,10 @@ class Adapting:
 
 
 class Stepper:
-    """Takes a run from its start to its end. state : how far it is, see RunState."""
+    """Takes a run from its start to its end.
+
+    state : how far it is, see RunState. without_kernel : why the compiled kernel cannot be had, where it was wanted.
+    """
 
     def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> None:
         self._network, self._algorithm, self._grid, self._options = network, algorithm, grid, options
@@ -185,9 +188,13 @@ class Stepper:
             self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder)
         self._fits = options.adaptive is None and driver.fits(network, algorithm)
         self._kernel: native.Kernel | None = None
+        self.without_kernel = ""
         if self._fits and _pays(options.compiled, (grid.n - self.state.done) * len(network.slaves)):
-            found = native.kernel()
-            self._kernel = found if isinstance(found, native.Kernel) else None
+            kernel = native.kernel()
+            if isinstance(kernel, native.Kernel):
+                self._kernel = kernel
+            else:
+                self.without_kernel = kernel
         self._meter = EnergyMeter(network, None if self._kernel is None else self._kernel.accumulate)
         self._rows = Rows(network)
         self._rows.begin(self.state.history)
