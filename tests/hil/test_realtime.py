@@ -146,7 +146,7 @@ def test_run_can_be_paced(cosim: Callable[..., Any], cosim_json: Callable[..., A
     assert code == 0
     assert "real time at 1 ms: 50 steps" in out
     for wrong, words in (
-        (("--overrun", "panic"), "`overrun` must be one of count, skip, stop"),
+        (("--overrun", "panic"), "--overrun must be one of count, skip, stop"),
         (("--adaptive", "1e-3"), "even macro step"),
     ):
         code, out, err = cosim("run", "wheel-pair", "--in-process", "--stop", "0.1", "--realtime", *wrong)

@@ -33,8 +33,10 @@ def running(file: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
     """`cosim sweep` in a process of its own, yielded once some rows are kept."""
     axis = f"gyro.rotor_speed={MANY['gyro.rotor_speed']}"
     command = ["sweep", "wheel-pair", "--set", axis, "--stop", "10", "--output", str(file), "--workers", "1", *options]
+    heeding = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "  # whoever runs the tests may not
+    heeding += "from gyro_cosim.cli import main; sys.exit(main(sys.argv[1:]))"
     pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "env": own_folder(file.parent)}
-    with subprocess.Popen([sys.executable, "-m", "gyro_cosim", *command], start_new_session=True, **pipes) as process:
+    with subprocess.Popen([sys.executable, "-c", heeding, *command], start_new_session=True, **pipes) as process:
         while process.poll() is None and not (journal_of(file).exists() and journal_of(file).read_bytes().count(b"\n") > 3):
             time.sleep(0.02)
         yield process

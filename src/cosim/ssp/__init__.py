@@ -23,6 +23,11 @@ def system(name: str) -> System:
     name : str
         As `cosim list` shows it, or the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several).
 
+    Returns
+    -------
+    System
+        A plan; nothing of it is loaded.
+
     Raises
     ------
     ValueError, WiringError
