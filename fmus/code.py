@@ -10,12 +10,13 @@ import casadi as ca
 
 from gyro_cosim.component.integration import METHODS, easy_fraction
 
+from . import parametric
 from .table import Table
 
 __all__ = ["FILES", "functions", "generate", "nominal", "output_order"]
 
 FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
-    "model.c": ("step", "rhs", "output", "sample"),
+    "model.c": ("step", "rhs", "output", "sample", "prepare"),
     "rhs_derivatives.c": ("rhs_forward", "rhs_adjoint"),
     "output_derivatives.c": ("output_forward", "output_adjoint", "output_second"),
 }
@@ -26,7 +27,7 @@ def functions(table: Table) -> dict[str, ca.Function]:
     """The functions that core.h lists, by name, every result dense. Arguments are columns in the order of the table."""
     c = table.component
     model = {"rhs": c.rhs, "output": c.output}
-    result = {"step": c.step} | model
+    result = dict(parametric.prepared(c).functions)
     symbol = ca.SX if all(f.is_a("SXFunction") for f in model.values()) else ca.MX
     x, u, p = (
         symbol.sym(name, size) for name, size in zip("xup", (len(c.states), len(c.inputs), len(c.parameters)), strict=True)
@@ -95,6 +96,7 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
         If CasADi has no C code for one of the component's functions.
     """
     available = functions(table)
+    prepared = available["prepare"].size1_out(0) if "prepare" in available else 0
     work = dict.fromkeys(("ARG", "RES", "IW", "W"), 1)
     files = {}
     for file, names in FILES.items():
@@ -111,11 +113,11 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
         for kind in work:
             work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
     derived = [name for file, names in FILES.items() if file != "model.c" for name in names if name in available]
-    return files | {"model_data.h": _data(table, identifier, work, derived)}
+    return files | {"model_data.h": _data(table, identifier, work, derived, prepared)}
 
 
-def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str]) -> str:
-    """model_data.h: sizes, start values, bounds, the table, and the functions in files of their own."""
+def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str], prepared: int) -> str:
+    """model_data.h: sizes, start values, bounds, the table, and the functions in files of their own; `prepared`: size of q."""
     c = table.component
     states, inputs, parameters = c.states, c.inputs, table.parameters
     order = METHODS[c.method].order
@@ -140,6 +142,7 @@ def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str
         f"#define N_Y {len(c.outputs)}",
         f"#define N_P {len(parameters)}",
         f"#define N_P_MODEL {len(c.parameters)}",
+        f"#define N_Q {prepared}",
         f"#define N_CONTINUOUS {len(table.continuous)}",
         f"#define N_VARIABLES {len(table.rows)}",
         f"#define INTERNAL_STEP {len(c.parameters)}",

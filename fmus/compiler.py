@@ -10,7 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "host_library", "universal"]
+__all__ = [
+    "FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "host_library",
+    "universal",
+]  # fmt: skip
 
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fvisibility=hidden")  # no fused operations: same bits everywhere
 

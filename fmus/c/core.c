@@ -64,7 +64,7 @@ static void to_start(Instance *m) {
     memcpy(m->s.U, START_U, N_U * sizeof(double));
     memcpy(m->s.u_now, START_U, N_U * sizeof(double));
     memcpy(m->s.p, START_P, N_P * sizeof(double));
-    m->y_known = m->x_dot_known = 0;
+    m->y_known = m->x_dot_known = m->P_known = 0;
 }
 
 static Status set_experiment(Instance *m, const char *function, double start, int stop_defined, double stop) {
@@ -101,9 +101,21 @@ static int all_finite(const double *v, int n) {
     return 1;
 }
 
+/* The component's parameters with what depends on them alone, computed when one has changed. */
+static const double *parameters(Instance *m) {
+    if (!m->P_known) {
+        memcpy(m->P, m->s.p, N_P_MODEL * sizeof(double));
+#if N_Q > 0
+        call(m, MODEL(prepare), 1, (const double *[]){m->s.p}, 1, (double *[]){m->P + N_P_MODEL});
+#endif
+        m->P_known = 1;
+    }
+    return m->P;
+}
+
 static const double *outputs(Instance *m) {
     if (!m->y_known) {
-        call(m, MODEL(output), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->y});
+        call(m, MODEL(output), 3, (const double *[]){m->s.x, m->s.u_now, parameters(m)}, 1, (double *[]){m->y});
         m->y_known = 1;
     }
     return m->y;
@@ -111,7 +123,7 @@ static const double *outputs(Instance *m) {
 
 static const double *derivatives(Instance *m) {
     if (!m->x_dot_known) {
-        call(m, MODEL(rhs), 3, (const double *[]){m->s.x, m->s.u_now, m->s.p}, 1, (double *[]){m->x_dot});
+        call(m, MODEL(rhs), 3, (const double *[]){m->s.x, m->s.u_now, parameters(m)}, 1, (double *[]){m->x_dot});
         m->x_dot_known = 1;
     }
     return m->x_dot;
@@ -170,7 +182,7 @@ static Status set(Instance *m, const char *function, const uint32_t *vr, size_t 
                 m->s.U[v->index] = m->s.u_now[v->index] = value[i];
                 m->s.u_now[v->index + N_U] = m->s.u_now[v->index + 2 * N_U] = 0.0;
                 break;
-            case PARAMETER: m->s.p[v->index] = value[i]; break;
+            case PARAMETER: m->s.p[v->index] = value[i], m->P_known = 0; break;
             default: m->s.x[v->index] = value[i]; break;
         }
     }
@@ -287,6 +299,7 @@ static int fits(const void *bytes) {
 }
 
 static void restore(Instance *m, const State *saved) {
+    if (memcmp(m->s.p, saved->p, N_P_MODEL * sizeof(double))) m->P_known = 0;
     m->s = *saved;
     m->last_successful = m->s.time;
     forget(m);

@@ -71,6 +71,8 @@ struct Instance {
     int co_simulation;
     double y[AT_LEAST_ONE(N_Y)], x_dot[AT_LEAST_ONE(N_X)];
     int y_known, x_dot_known;
+    double P[AT_LEAST_ONE(N_P_MODEL + N_Q)]; /* the component's parameters, then what depends on them alone */
+    int P_known;
     double last_successful;
     double x_one[AT_LEAST_ONE(N_X)], x_half[AT_LEAST_ONE(N_X)], x_two[AT_LEAST_ONE(N_X)];
     double U_local[3 * AT_LEAST_ONE(N_U)], u_end[AT_LEAST_ONE(N_U)]; /* inputs of one internal step, with intermediate update */

@@ -36,7 +36,7 @@ static void ask_parabola(Instance *m, double time, double h) {
 
 /* One internal step from x, at offset tau within a polynomial U. */
 static void internal_step(Instance *m, const double *x, const double *U, double tau, double h, double *x_next) {
-    call(m, MODEL(step), 5, (const double *[]){x, U, m->s.p, &tau, &h}, 1, (double *[]){x_next});
+    call(m, MODEL(step), 5, (const double *[]){x, U, parameters(m), &tau, &h}, 1, (double *[]){x_next});
 }
 
 /* Makes x the state; with intermediate update the importer sees it. Returns 0 if the importer ends the macro step here. */
