@@ -10,12 +10,17 @@ import pytest
 import small_fmus
 
 from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fmus, simulate, system
-from gyro_cosim.coupling import Algorithm
+from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.kernel import driver, native
 from gyro_cosim.master import Options, open_network
 from gyro_cosim.systems import Connection, SystemComponent, catalogue
 
-ALGORITHMS = [*(Jacobi(k) for k in range(3)), *(GaussSeidel(k) for k in range(3)), GaussSeidel(1, ("right", "left"))]
+ALGORITHMS = [
+    *(Jacobi(k) for k in range(3)),
+    *(Nepce(k) for k in range(3)),
+    *(GaussSeidel(k) for k in range(3)),
+    GaussSeidel(1, ("right", "left")),
+]
 WAYS = ((lambda *_: False, False), (driver.fits, False), (driver.fits, True))  # plain, inner loop as Python runs it, compiled
 
 

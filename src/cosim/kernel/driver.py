@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..coupling import Algorithm, GaussSeidel, Jacobi
+from ..coupling import Algorithm, GaussSeidel, Jacobi, Nepce
+from ..coupling.explicit import MISSED
 from ..errors import SlaveError
 from ..network import Network
 from ..slaves.fmi.raw import RawFmu, raw
@@ -20,7 +21,7 @@ LONG = 15_000  # slave steps from which compiling the kernel pays, where that ha
 
 
 class FastLoop:
-    """The inner loop on a network of FMUs under Jacobi or Gauss-Seidel.
+    """The inner loop on a network of FMUs under Jacobi, NEPCE or Gauss-Seidel.
 
     Y, t, h : buffers of outputs, times and steps, whose rows before `row` hold the history when march() is called.
     used : shape (rows, 2 bonds, 3), the inputs of the power bonds that each step followed.
@@ -53,6 +54,7 @@ class FastLoop:
             pointers=np.zeros(3, dtype=np.int64),
             degree=algorithm.degree,
             sequential=sequential,
+            missed=MISSED[algorithm.degree] if isinstance(algorithm, Nepce) else 0.0,
         )
         told = np.zeros((n, 16), dtype=np.uint8)
         self._data = loop.Data(
@@ -175,10 +177,10 @@ class FastLoop:
 
 
 def fits(network: Network, algorithm: Algorithm) -> bool:
-    """Whether the inner loop can run this: FMUs in this process, Jacobi or Gauss-Seidel, no extras. Ask after initialize()."""
+    """Whether the inner loop can run this: FMUs in this process, an explicit algorithm, no extras. Ask after initialize()."""
     fmus = [raw(slave) for slave in network.slaves]
     return (
-        isinstance(algorithm, Jacobi | GaussSeidel)
+        isinstance(algorithm, Jacobi | Nepce | GaussSeidel)
         and all(fmu is not None and (algorithm.degree == 0 or not fmu.asks) for fmu in fmus)
         and all(parts == 1 for parts in network.substeps)
         and not network.held.size

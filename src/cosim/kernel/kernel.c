@@ -1,4 +1,4 @@
-/* The inner loop for FMUs under Jacobi and Gauss-Seidel, and the energy meter's arithmetic.
+/* The inner loop for FMUs under Jacobi, NEPCE and Gauss-Seidel, and the energy meter's arithmetic.
    loop.py and energy.py beside this file are the definition: they say what each array means, and this file repeats them
    operation by operation, so that all give the same bits (compile without contraction of operations). A test holds them to it. */
 
@@ -38,6 +38,7 @@ typedef struct {
     const double *above;
     const int64_t *bond_inputs;
     int64_t n_slaves, n_stops, n_bond_inputs, degree, sequential;
+    double missed;
 } Plan;
 
 typedef struct {
@@ -82,8 +83,9 @@ static int extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, doubl
     const double *now = d->Y + r * n_Y, *next = now + n_Y, *before = now - n_Y, *older = before - n_Y;
     if (p->degree == 0) {
         for (int64_t q = u0; q < u0 + n_u; q++) {
-            const double y0 = (p->fresh[q] ? next : now)[p->source[q]];
+            double y0 = (p->fresh[q] ? next : now)[p->source[q]];
             if (!(fabs(y0) <= DBL_MAX)) return 0;
+            if (p->missed > 0.0) y0 = y0 + p->missed * (y0 - before[p->source[q]]);
             d->u[q] = y0 * p->scale[q] + p->offset[q];
         }
         return 1;
@@ -112,6 +114,12 @@ static int extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, doubl
                 slope = a - b * s1;
                 curvature = 2.0 * b;
             }
+        }
+        if (p->missed > 0.0) {
+            const double first = y0 - before[c], second = before[c] - older[c];
+            double difference = first - second;
+            if (p->degree > 1) difference = difference - (second - (older[c] - older[c - n_Y]));
+            value = value + p->missed * difference;
         }
         value = value * p->scale[q] + p->offset[q], slope = slope * p->scale[q], curvature = curvature * p->scale[q];
         if (s->degree < 2) {

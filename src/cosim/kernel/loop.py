@@ -1,4 +1,4 @@
-"""The inner loop for FMUs under Jacobi and Gauss-Seidel: from function pointers to recorded values.
+"""The inner loop for FMUs under Jacobi, NEPCE and Gauss-Seidel: from function pointers to recorded values.
 
 `march` is the definition, which Python can run as it stands; kernel.c repeats it for a compiler, operation by operation.
 It repeats coupling/explicit.py and coupling/history.py in the same way, so all three give the same bits; a test holds them to
@@ -60,6 +60,8 @@ class Plan(NamedTuple):
         Of the input polynomials.
     sequential : bool
         Gauss-Seidel instead of Jacobi.
+    missed : float
+        NEPCE: what extrapolation misses in the mean of a step, in differences of order degree + 1; 0 for the others.
     """
 
     slaves: Any
@@ -75,6 +77,7 @@ class Plan(NamedTuple):
     pointers: Any
     degree: int
     sequential: bool
+    missed: float
 
 
 class Data(NamedTuple):
@@ -123,7 +126,7 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
     """
     S, source, scale, offset, fresh = plan.slaves, plan.source, plan.scale, plan.offset, plan.fresh
     sequence, exchange, stops, above = plan.sequence, plan.exchange, plan.stops, plan.above
-    bond_inputs, pointers, degree, sequential = plan.bond_inputs, plan.pointers, plan.degree, plan.sequential
+    bond_inputs, pointers, degree, sequential, missed = plan.bond_inputs, plan.pointers, plan.degree, plan.sequential, plan.missed
     Y, t, h, bond_used, u, du, kept, orders = data.Y, data.t, data.h, data.used, data.u, data.du, data.kept, data.orders
     told, reached, due, spent, failure = data.told, data.reached, data.due, data.spent, data.failure
     n_Y = Y.shape[1]
@@ -140,6 +143,8 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
                     y0 = Y[r + fresh[q], source[q]]
                     if not abs(y0) <= LARGEST:
                         return k
+                    if missed > 0.0:
+                        y0 = y0 + missed * (y0 - Y[r - 1, source[q]])
                     u[q] = y0 * scale[q] + offset[q]
             else:
                 for j in range(n_u):
@@ -167,6 +172,12 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
                             b = ((Y[r - 2, c] - Y[r - 1, c]) / (s2 - s1) - a) / s2
                             slope = a - b * s1
                             curvature = 2.0 * b
+                    if missed > 0.0:
+                        first, second = y0 - Y[r - 1, c], Y[r - 1, c] - Y[r - 2, c]
+                        difference = first - second
+                        if degree > 1:
+                            difference = difference - (second - (Y[r - 2, c] - Y[r - 3, c]))
+                        value = value + missed * difference
                     value, slope, curvature = value * scale[q] + offset[q], slope * scale[q], curvature * scale[q]
                     if S[i, DEGREE] < 2:
                         value -= curvature * (step * step / 12)

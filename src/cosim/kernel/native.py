@@ -34,6 +34,7 @@ class _Plan(ctypes.Structure):
     _fields_ = [
         *((name, _POINTER) for name in _PLAN),
         *((name, _INTEGER) for name in ("n_slaves", "n_stops", "n_bond_inputs", "degree", "sequential")),
+        ("missed", _DOUBLE),
     ]
 
 
@@ -74,7 +75,7 @@ class Loop:
         self._function, self._kept = function, (plan, data)
         self._plan = _Plan(
             *(getattr(plan, name).ctypes.data for name in _PLAN), len(plan.slaves), plan.stops.size, len(plan.bond_inputs),
-            plan.degree, plan.sequential,
+            plan.degree, plan.sequential, plan.missed,
         )  # fmt: skip
         self._data = _Data(*(getattr(data, name).ctypes.data for name in _DATA), data.Y.shape[1])
 

@@ -232,7 +232,7 @@ class Stepper:
     def _way(self, *, paced: bool) -> Way:
         """The inner loop, once there are as many points as it looks back to, and for steps of the full length only."""
         done, options = self.state.done, self._options
-        if paced or not self._fits or not self._algorithm.degree <= done < self._grid.even:
+        if paced or not self._fits or not self._algorithm.looks_back <= done < self._grid.even:
             return self._plain
         if self._inner is None:
             _log.info("inner loop from macro step %d on, %s", done + 1, "compiled" if self._kernel else "as Python runs it")
