@@ -264,7 +264,9 @@ EXPORT void accumulate(int64_t n_bonds, const int64_t *signals, const double *in
             const double end = ((u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)) * factor;
             sum_residual += step / 6 * (start + 4 * middle + end);
             sum_exchanged += step / 6 * (fabs(M1 * w1 * factor) + 4 * fabs(M_half * w_half * factor) + fabs(M * w * factor));
-            highest = fmax(fmax(fmax(highest, fabs(start)), fabs(middle)), fabs(end));
+            if (fabs(start) > highest) highest = fabs(start); /* fmax() is a call */
+            if (fabs(middle) > highest) highest = fabs(middle);
+            if (fabs(end) > highest) highest = fabs(end);
             w3 = w2, w2 = w1, w1 = w, M3 = M2, M2 = M1, M1 = M, last = step;
         }
         residual[b] = sum_residual, exchanged[b] = sum_exchanged, peak[b] = highest;
