@@ -92,6 +92,10 @@ class Rows:
             self.Y[kept - 1 - m], self.t[kept - 1 - m] = history.Y[m], history.t[m]
         self.newest = self.first = kept - 1
 
+    def filled(self, count: int) -> None:
+        """So many points have been written behind the newest, with their steps and inputs."""
+        self.newest += count
+
     def add(self, h: float, t: float, Y: np.ndarray, used: Used) -> None:
         """The point Y at t (s), reached over h (s) under the inputs `used`."""
         for q, (i, j) in enumerate(self._ends):
@@ -142,7 +146,7 @@ class Inner:
         took = time.perf_counter() - began
         self._chunk = max(1, self._chunk // 2) if took > PATIENCE else 2 * self._chunk if took < PATIENCE / 4 else self._chunk
         self._network.count_time(spent)
-        rows.newest += done
+        rows.filled(done)
         history = state.history
         for m in range(row + 1 + max(0, done - BEFORE), row + 1 + done):
             history = history.push(float(rows.t[m]), rows.Y[m].copy())

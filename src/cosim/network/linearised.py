@@ -124,7 +124,7 @@ class Linearised:
         """Set x of all slaves."""
         ends = np.cumsum([0, *(slave.x.size for slave in self.slaves)])
         for slave, a, b in zip(self.slaves, ends[:-1], ends[1:], strict=True):
-            slave.x = x[a:b].copy()
+            slave.restore(x[a:b])
 
     def joined(self) -> np.ndarray:
         """The matrix of the whole system without coupling error: x' = A x, shape (size, size)."""

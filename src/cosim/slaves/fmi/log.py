@@ -13,7 +13,6 @@ class Log:
     """The messages of the FMU that is called `name` in its system.
 
     warnings, first_warning : how many messages with status warning there have been since clear(), and the first one's text.
-    echo : called with status, category and text of every message that tells of trouble, at once.
 
     Every message goes to the logger `gyro_cosim.fmu.NAME`, too, as debug, warning, error or critical by its status.
     """
@@ -22,7 +21,7 @@ class Log:
         self._lines: deque[tuple[int, str, str]] = deque(maxlen=100)
         self._logger = logging.getLogger(f"gyro_cosim.fmu.{name}")
         self._name = name
-        self.echo: Callable[[int, str, str], None] | None = None
+        self._listener: Callable[[int, str, str], None] | None = None
         self.warnings, self.first_warning = 0, ""
 
     def add(self, status: int, category: bytes | None, message: bytes | None) -> None:
@@ -40,8 +39,12 @@ class Log:
             self.first_warning = self.first_warning or shown(line)
         if status > 0:
             self._lines.append(line)
-            if self.echo is not None:
-                self.echo(*line)
+            if self._listener is not None:
+                self._listener(*line)
+
+    def listen(self, listener: Callable[[int, str, str], None]) -> None:
+        """Call `listener` with status, category and text of every message that tells of trouble, at once."""
+        self._listener = listener
 
     def clear(self) -> None:
         """Forget; a new run begins."""

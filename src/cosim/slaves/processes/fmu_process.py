@@ -34,7 +34,7 @@ def serve(connection: Connection) -> None:
         try:
             if what == "open":
                 slave = open_fmu(*arguments)
-                slave.log.echo = heard
+                slave.log.listen(heard)
                 answer = slave.description
             elif what == "save":
                 count += 1
