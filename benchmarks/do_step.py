@@ -69,8 +69,8 @@ def measure(component: Component, folder: Path, steps: int) -> dict[str, float]:
 def main() -> None:
     """Print a table for the small gyro, the wheel pair and the full vehicle."""
     cases = [
-        ("gyro_cosim.gyro_unit.nonlinear:nonlinear", STEPS),
-        ("gyro_cosim.vehicle.wheel_pair:wheel_pair", STEPS),
+        ("gyro_cosim.gyro_unit.nonlinear:nonlinear_small", STEPS),
+        ("gyro_cosim.vehicle.wheel_pair:small_wheel_pair", STEPS),
         *sys.argv[1:2],
     ]
     for case in cases:

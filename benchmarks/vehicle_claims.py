@@ -10,7 +10,7 @@ from joined import Joined
 
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
 from gyro_cosim.railway.safety import nadal_limit, verdict, worst
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 RPM = 2 * np.pi / 60
@@ -18,7 +18,7 @@ STARTS = (0.0, 1e-4, -1e-4, 2e-4)  # m, lateral start of the front pair: the mem
 AFTER = 200.0  # m of straight track behind the curve
 WHEELS = [f"{end}_{side}" for end in ("front", "rear") for side in ("left", "right")]
 
-vehicle, gyro = lrt(), nonlinear_full()
+vehicle, gyro = lrt_set_a(), nonlinear_full()
 joined = Joined(vehicle, {"front": gyro, "rear": gyro})
 velocities = [v.name for v in vehicle.states if v.name.endswith(("_rate", "_velocity", "speed_deviation", "spin_deviation"))]
 gimbals = 2 * sum(v.name == "gimbal_pitch_rate" for v in gyro.states)

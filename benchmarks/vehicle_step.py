@@ -10,14 +10,14 @@ import numpy as np
 from joined import Joined
 
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 
 STEPS = (1e-3, 0.5e-3, 0.25e-3)
 REFERENCE = 0.5e-3 / 8
 DISTANCE, GRID = 24.0, 0.02  # m, s
 
-vehicle, gyro = lrt(), nonlinear_full()
+vehicle, gyro = lrt_set_a(), nonlinear_full()
 plain = Joined(vehicle, {"front": gyro, "rear": gyro}, cut=False)
 cut = Joined(vehicle, {"front": gyro, "rear": gyro})
 print("internal step, ms        " + "".join(f"{1e3 * h:>14g}" for h in STEPS) + "   longest stable")

@@ -5,17 +5,17 @@ The first is the default. A name alone is the 1/10-scale gyro unit of Table 1, w
 what is wrong in Table 1 only).
 
 Public besides VARIANTS: `mount` (the connector, for gyro units of your own), `parameters.SMALL` and `parameters.FULL` (the
-paper's tables), `hil.hil` (a test rig around any gyro unit) and the functions that make the variants.
+paper's tables), `hil.behind_rig` (a test rig around any gyro unit) and the functions that make the variants.
 """
 
 __all__ = ["VARIANTS"]
 
 VARIANTS = {
-    "linear": "gyro_cosim.gyro_unit.linear:linear",
-    "nonlinear": "gyro_cosim.gyro_unit.nonlinear:nonlinear",
+    "linear": "gyro_cosim.gyro_unit.linear:linear_small",
+    "nonlinear": "gyro_cosim.gyro_unit.nonlinear:nonlinear_small",
     "consistent": "gyro_cosim.gyro_unit.nonlinear:consistent",
-    "multibody": "gyro_cosim.gyro_unit.multibody:multibody",
-    "twin": "gyro_cosim.gyro_unit.twin:twin",
+    "multibody": "gyro_cosim.gyro_unit.multibody:multibody_small",
+    "twin": "gyro_cosim.gyro_unit.twin:twin_small",
     "off": "gyro_cosim.gyro_unit.held:off",
     "locked": "gyro_cosim.gyro_unit.held:locked",
     "hil": "gyro_cosim.gyro_unit.hil:small",

@@ -30,11 +30,11 @@ from gyro_cosim.component import Component, Variable, build, output, state
 
 from .mount import BONDS, CONNECTOR
 from .noise import Stream
-from .nonlinear import nonlinear, nonlinear_full
+from .nonlinear import nonlinear_full, nonlinear_small
 from .rig_parameters import RIG_FULL, RIG_SMALL
 from .transport import Transport
 
-__all__ = ["AXES", "LONGEST_DELAY", "TICK", "WAYS", "full", "hil", "small"]
+__all__ = ["AXES", "LONGEST_DELAY", "TICK", "WAYS", "behind_rig", "full", "small"]
 
 AXES = ("yaw", "roll", "pitch")
 WAYS = ("rate", "moment")
@@ -176,7 +176,7 @@ class _Rig:
         return changed | {"tick": s["tick"] + 1}
 
 
-def hil(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG_SMALL, tick: float = TICK,
+def behind_rig(plant: Component, *, variant: str = "hil", rig: Sequence[Variable] = RIG_SMALL, tick: float = TICK,
         longest_delay: float = LONGEST_DELAY) -> Component:  # fmt: skip
     """Put a gyro unit behind a test rig.
 
@@ -238,7 +238,7 @@ def small() -> Component:
     Component
         The component `gyro_unit:hil`.
     """
-    return hil(nonlinear())
+    return behind_rig(nonlinear_small())
 
 
 def full() -> Component:
@@ -249,4 +249,4 @@ def full() -> Component:
     Component
         The component `gyro_unit:hil_full`.
     """
-    return hil(nonlinear_full(), variant="hil_full", rig=RIG_FULL)
+    return behind_rig(nonlinear_full(), variant="hil_full", rig=RIG_FULL)

@@ -23,7 +23,7 @@ from gyro_cosim.component import Component, Variable, build
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 
-__all__ = ["linear", "linear_full"]
+__all__ = ["linear_full", "linear_small"]
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H psi',   eta' = omega_y - theta'     (1)
@@ -54,7 +54,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def linear() -> Component:
+def linear_small() -> Component:
     """Make the paper's gyro unit with Table 1's numbers.
 
     Returns

@@ -44,7 +44,7 @@ from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 from .rotor_parameters import ROTOR_FULL, ROTOR_SMALL
 
-__all__ = ["multibody", "multibody_full"]
+__all__ = ["multibody_full", "multibody_small"]
 
 EQUATIONS = """\
 C W' = T                                                                                  (1)
@@ -113,7 +113,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def multibody() -> Component:
+def multibody_small() -> Component:
     """Make the gyro unit with Table 1's numbers.
 
     Returns

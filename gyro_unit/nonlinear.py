@@ -27,7 +27,7 @@ from gyro_cosim.component import Component, Variable, build
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 
-__all__ = ["consistent", "nonlinear", "nonlinear_full"]
+__all__ = ["consistent", "nonlinear_full", "nonlinear_small"]
 
 EQUATIONS = """\
 I_yg omega_y' = -k eta - c eta' - H (psi' cos(eta) + phi' sin(eta)),   eta' = omega_y - theta'     (1)
@@ -58,7 +58,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def nonlinear() -> Component:
+def nonlinear_small() -> Component:
     """Make the gyro unit with Table 1's numbers and the full gimbal geometry.
 
     Returns

@@ -27,7 +27,7 @@ from gyro_cosim.component import Component, Variable, build, state
 from .mount import BONDS, CONNECTOR, ENERGY
 from .parameters import FULL, SMALL
 
-__all__ = ["twin", "twin_full"]
+__all__ = ["twin_full", "twin_small"]
 
 EQUATIONS = """\
 I_yg eta'' = -k eta - c eta' - H psi' cos(eta)     (1)
@@ -62,7 +62,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def twin() -> Component:
+def twin_small() -> Component:
     """Make the pair of half rotors with Table 1's numbers together.
 
     Returns

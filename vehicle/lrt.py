@@ -19,14 +19,14 @@ from gyro_cosim.component import Bond, Component, Variable, build
 from . import car_body, wheel_frame
 from .alignment import Alignment
 from .creep_laws import creep_law
-from .lrt_parameters import lrt_parameters
-from .lrt_signals import ENDS, WHEELS, lrt_signals
+from .lrt_parameters import vehicle_parameters
+from .lrt_signals import ENDS, WHEELS, vehicle_signals
 from .rotation import cross
 from .running_gear import Carried, Design, body_state, end_of, frame_mass, place_rows, rate_rows
-from .track_parameters import track_parameters
-from .trim import trim
+from .track_parameters import parameters_of_track
+from .trim import rest_state
 
-__all__ = ["INTERNAL_STEP", "Motion", "lrt", "motion", "vehicle", "wheel_load", "with_starts"]
+__all__ = ["INTERNAL_STEP", "Motion", "lrt_set_a", "motion", "vehicle", "wheel_load", "with_starts"]
 
 INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 
@@ -71,7 +71,7 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
     """
     track = Alignment.of(s, design.knots)
     m, height = car_body.masses(s)
-    rest = trim(s, wheel_load(s), design.law, design.grid)
+    rest = rest_state(s, wheel_load(s), design.law, design.grid)
     body = body_state(s, "body", 0, height)
     under = track.at(body.s)
     turn = under.turn_rate()
@@ -166,7 +166,7 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
         For an unknown creep law, or a name or value that the table does not allow.
     """
     creep_law(design.law)
-    table = (*lrt_signals(design.solid_axles), *lrt_parameters(), *track_parameters(design.knots, design.harmonics))
+    table = (*vehicle_signals(design.solid_axles), *vehicle_parameters(), *parameters_of_track(design.knots, design.harmonics))
     rows = with_starts(f"vehicle:{variant}", table, starts)
 
     def model(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -185,7 +185,7 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
                  internal_step=internal_step, bonds=bonds, longest_step=longest_step)  # fmt: skip
 
 
-def lrt(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:
+def lrt_set_a(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:
     """Make the vehicle with independently rotating wheels of negative tread conicity.
 
     Parameters

@@ -11,7 +11,7 @@ from gyro_cosim.component import Variable, parameter
 from .contact import hertz_patch
 from .kalker import RATIO, coefficients
 
-__all__ = ["DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "WHEEL", "lrt_parameters", "rail_and_contact"]
+__all__ = ["DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "WHEEL", "rail_and_contact", "vehicle_parameters"]
 
 TABLE = "Table 2"
 OPEN = "not in the paper"
@@ -136,6 +136,6 @@ def rail_and_contact() -> tuple[Variable, ...]:
     )  # fmt: skip
 
 
-def lrt_parameters() -> tuple[Variable, ...]:
+def vehicle_parameters() -> tuple[Variable, ...]:
     """Every parameter of the vehicle but those of the track (vehicle.track_parameters)."""
     return (*MASSES, *DIMENSIONS, *WHEEL, *rail_and_contact())

@@ -7,7 +7,7 @@ from gyro_cosim.component import Variable, input_, output, state
 
 from .wheel_report import REPORT
 
-__all__ = ["ENDS", "MOTION", "PLACE", "WHEELS", "body_rows", "lrt_signals"]
+__all__ = ["ENDS", "MOTION", "PLACE", "WHEELS", "body_rows", "vehicle_signals"]
 
 ENDS = ("front", "rear")
 WHEELS = tuple(f"{end}_{side}" for end in ENDS for side in ("left", "right"))
@@ -39,7 +39,7 @@ def body_rows(prefix: str, what: str, is_output: bool) -> tuple[Variable, ...]:
     )  # fmt: skip
 
 
-def lrt_signals(solid: bool) -> tuple[Variable, ...]:
+def vehicle_signals(solid: bool) -> tuple[Variable, ...]:
     """All signals; `solid` axles have one spin per pair."""
     rows: list[Variable] = []
     for end in ENDS:

@@ -4,7 +4,7 @@ import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
 
-from .lrt_parameters import lrt_parameters
+from .lrt_parameters import vehicle_parameters
 
 __all__ = ["ParameterSet", "parameter_set", "parameter_set_names"]
 
@@ -70,7 +70,7 @@ def parameter_set(name: str) -> ParameterSet:
     data = tomllib.loads(files(__package__).joinpath("sets", f"{name}.toml").read_text(encoding="utf-8"))
     values = dict(data["vehicle"])
     factors = values.pop("scaled", {})
-    table = {v.name: v.start for v in lrt_parameters()}
+    table = {v.name: v.start for v in vehicle_parameters()}
     values |= {key: table[key] * factor for key, factor in factors.items()}
     n = data["gyro"]["springs"]
     gyro = {f"gimbal_{kind}": n * table[f"primary_{kind}_z"] for kind in ("stiffness", "damping")}

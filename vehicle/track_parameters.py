@@ -9,7 +9,7 @@ from gyro_cosim.component import Variable, parameter
 from .alignment import COLUMNS
 from .irregularity import CHANNELS, PARTS
 
-__all__ = ["CURVE", "track_parameters"]
+__all__ = ["CURVE", "parameters_of_track"]
 
 SOURCE = "track data"
 OPEN = "not in the paper"
@@ -33,7 +33,7 @@ KNOT = {
 }
 
 
-def track_parameters(capacity: int, harmonics: int) -> tuple[Variable, ...]:
+def parameters_of_track(capacity: int, harmonics: int) -> tuple[Variable, ...]:
     """The standard curve, `capacity` free knots, the stretch, and `harmonics` harmonics in each of four channels."""
     knots = CURVE + tuple(
         parameter(f"track_{column}[{i}]", 0.0, KNOT[column][0], f"knot {i}: {KNOT[column][1]}", source=SOURCE)

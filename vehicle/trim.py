@@ -20,7 +20,7 @@ import casadi as ca
 from .creep_laws import LAWS
 from .wheel_rail import hertz_stiffness, tread_press
 
-__all__ = ["Trim", "trim"]
+__all__ = ["Trim", "rest_state"]
 
 STEPS = 4
 MATRIX_FROM = {"fastsim": "polach"}
@@ -48,7 +48,7 @@ class Trim:
     spin_per_speed: Any
 
 
-def trim(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
+def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
     """Set up the rest state.
 
     Parameters

@@ -20,7 +20,7 @@ from gyro_cosim.component import Bond, Component, build, input_, output, state
 
 from .parameters import WHEEL_PAIR
 
-__all__ = ["wheel_pair"]
+__all__ = ["small_wheel_pair"]
 
 EQUATIONS = """\
 (m_w + m_g) y'' = -(2 k_22 / v) y' + 2 k_22 psi - 2 P gamma_1 y     (1)
@@ -59,7 +59,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )
 
 
-def wheel_pair() -> Component:
+def small_wheel_pair() -> Component:
     """Make the wheel pair, started as for the paper's figures 3 and 4.
 
     Returns

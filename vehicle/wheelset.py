@@ -21,13 +21,13 @@ from .irregularity import unevenness
 from .lrt import INTERNAL_STEP, with_starts
 from .lrt_parameters import MASSES, PRIMARY_STIFFNESS, WHEEL, rail_and_contact
 from .rotation import column
-from .track_parameters import track_parameters
-from .trim import trim
+from .track_parameters import parameters_of_track
+from .trim import rest_state
 from .variants import CONVENTIONAL
 from .wheel_frame import SIDES, FrameState
 from .wheel_report import REPORT, report
 
-__all__ = ["wheelset"]
+__all__ = ["sprung_wheelset"]
 
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M,   2 I_y W' = tau
@@ -74,7 +74,7 @@ SIGNALS = (
 
 
 def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
-    rest = trim(s, s["axle_load"] / 2, LAW, GRID)
+    rest = rest_state(s, s["axle_load"] / 2, LAW, GRID)
     W = s["speed"] * rest.spin_per_speed + s["spin_deviation"]
     at = FrameState(
         s["distance"], s["lateral_displacement"], rest.axle_height + s["vertical_displacement"], s["yaw_angle"], s["roll_angle"],
@@ -113,7 +113,7 @@ def _longest_step(s: dict[str, ca.SX]) -> Any:
     return wheel_frame.longest_step(s, s["axle_load"] / 2, s["wheelset_mass"], J, s["speed"] + s["speed_deviation"])
 
 
-def wheelset(parameters: Mapping[str, float] | None = None) -> Component:
+def sprung_wheelset(parameters: Mapping[str, float] | None = None) -> Component:
     """Make the single wheelset.
 
     Parameters
@@ -132,7 +132,7 @@ def wheelset(parameters: Mapping[str, float] | None = None) -> Component:
         For a name or value that the table does not allow.
     """
     chosen = [v for v in MASSES if v.name in ("speed", "gravity", "wheel_spin_inertia")]
-    table: tuple[Variable, ...] = (*SIGNALS, *chosen, *ROWS, *WHEEL, *rail_and_contact(), *track_parameters(KNOTS, 0))
+    table: tuple[Variable, ...] = (*SIGNALS, *chosen, *ROWS, *WHEEL, *rail_and_contact(), *parameters_of_track(KNOTS, 0))
     rows = with_starts("vehicle:wheelset", table, CONVENTIONAL | dict(parameters or {}))
     return build(
         name="vehicle", variant="wheelset", description="One conventional wheelset on springs", equations=EQUATIONS,

@@ -3,6 +3,7 @@
 
 #include "model.c"
 #include "core.c"
+#include "derivatives.c"
 #include "step.c"
 #include "fmi2.c"
 #include "fmi2_exchange.c"

@@ -17,7 +17,7 @@ from gyro_cosim.accuracy.certificate import Certificate, OutputError, Stability,
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.master import open_network, run
-from gyro_cosim.network.linearised import linearised
+from gyro_cosim.network.linearised import linearise_network
 from gyro_cosim.systems import StopWhen
 
 PAIR = system("wheel-pair")
@@ -86,7 +86,7 @@ def test_fmus_give_the_same_linearisation_as_their_components() -> None:
     for in_process in (True, False):
         with open_network(plan, in_process=in_process) as network:
             run(network, Jacobi(1), 1e-3, 0.5)
-            linear = linearised(network)
+            linear = linearise_network(network)
             assert linear is not None
             found.append((linear.joined(), spectral_radius(linear, Jacobi(2), 0.01)))
     np.testing.assert_allclose(found[0][0], found[1][0], rtol=1e-11, atol=1e-12)
@@ -97,7 +97,7 @@ def test_joined_linearisations_are_the_monoliths_jacobian() -> None:
     plan = oscillators.pair(cubic=20.0)
     with open_network(plan, in_process=True) as network:
         network.initialize(0.0, 1.0)
-        linear = linearised(network)
+        linear = linearise_network(network)
     assert linear is not None
     joined = Monolith(plan)
     np.testing.assert_allclose(linear.joined(), joined.matrix(x=joined.x0), rtol=1e-12)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from fmu_models import COMPONENTS
 
-from gyro_cosim.check import Fault, check
+from gyro_cosim.check import Fault, check_fmu
 from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
 
 
@@ -24,7 +24,7 @@ from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
     ],
 )
 def test_our_own_fmus_have_no_fault(built: Callable, name: str, version: str) -> None:
-    assert check(built(name, version)[1]) == []
+    assert check_fmu(built(name, version)[1]) == []
 
 
 @pytest.fixture
@@ -99,18 +99,18 @@ MUTANTS_OF_TEXT = {
 @pytest.mark.parametrize("case", MUTANTS_OF_TEXT)
 def test_faults_in_the_description_are_named(changed: Callable[..., Path], case: str) -> None:
     version, pattern, new, rule = MUTANTS_OF_TEXT[case]
-    assert rule in rules(check(changed(version, {DESCRIPTION: replace(pattern, new)})))
+    assert rule in rules(check_fmu(changed(version, {DESCRIPTION: replace(pattern, new)})))
 
 
 MUTANTS_OF_CODE = {  # (file, old, new, rule)
     "directional derivatives of the wrong sign": (
-        "core.c",
+        "derivatives.c",
         "[v->index] += seed[i];\n    }\n    if (!adjoint)",
         "[v->index] -= seed[i];\n    }\n    if (!adjoint)",
         "sensitivities",
     ),
     "adjoint derivatives forget the state": (
-        "core.c",
+        "derivatives.c",
         "x[i] += more_x[i]",
         "x[i] += 0 * more_x[i]",
         "sensitivities",
@@ -173,41 +173,41 @@ FAST = ("directional derivatives of the wrong sign", "restore forgets the state"
 def test_faults_of_the_binary_are_named_and_do_no_harm(changed: Callable[..., Path], case: str) -> None:
     """Wrong results, crashes and exits of the binary; the caller lives on to say so."""
     *mutation, rule = MUTANTS_OF_CODE[case]
-    assert rule in rules(check(changed("3" if "adjoint" in case else "2", c=tuple(mutation))))
+    assert rule in rules(check_fmu(changed("3" if "adjoint" in case else "2", c=tuple(mutation))))
 
 
 def test_an_fmu_that_steps_on_a_grid_of_its_own_is_no_fault(changed: Callable[..., Path]) -> None:
     """Foreign FMUs often have a fixed internal step, and do not move over a shorter one."""
     coarse = ("fmi2.c", "    Status status = do_step(", "    if (h < 1e-4) return fmi2OK;\n    Status status = do_step(")
-    assert check(changed("2", c=coarse)) == []
+    assert check_fmu(changed("2", c=coarse)) == []
 
 
 def test_a_binary_that_hangs_is_stopped(changed: Callable[..., Path]) -> None:
     loop = "for (volatile int i = 0; ; i++) {} to_initialized(m);"
-    faults = check(changed("2", c=("fmi2.c", "to_initialized(m);", loop)), timeout=1.0)
+    faults = check_fmu(changed("2", c=("fmi2.c", "to_initialized(m);", loop)), timeout=1.0)
     assert any("does not come back" in fault.message for fault in faults)
 
 
 def test_files_that_are_no_fmus_are_refused_in_one_line(built: Callable, tmp_path: Path) -> None:
     text = tmp_path / "text.fmu"
     text.write_text("hello")
-    assert rules(check(text)) == {"archive"}
+    assert rules(check_fmu(text)) == {"archive"}
     cut = tmp_path / "cut.fmu"
     cut.write_bytes(built("gain")[1].read_bytes()[:5000])
-    assert rules(check(cut)) == {"archive"}
+    assert rules(check_fmu(cut)) == {"archive"}
     empty = tmp_path / "empty.fmu"
     with zipfile.ZipFile(empty, "w") as archive:
         archive.writestr("readme", "")
-    assert rules(check(empty)) == {"archive"}
+    assert rules(check_fmu(empty)) == {"archive"}
     outside = tmp_path / "outside.fmu"
     shutil.copy(built("gain")[1], outside)
     with zipfile.ZipFile(outside, "a") as archive:
         archive.writestr("../evil", "")
-    assert rules(check(outside)) == {"archive"}
+    assert rules(check_fmu(outside)) == {"archive"}
     with pytest.raises(ValueError, match="must be a file"):
-        check(tmp_path / "missing.fmu")
+        check_fmu(tmp_path / "missing.fmu")
     with pytest.raises(ValueError, match="timeout must be positive"):
-        check(text, timeout=0)
+        check_fmu(text, timeout=0)
 
 
 def test_a_library_of_another_machine_is_named(changed: Callable[..., Path], tmp_path: Path) -> None:
@@ -219,4 +219,4 @@ def test_a_library_of_another_machine_is_named(changed: Callable[..., Path], tmp
             if name.startswith("binaries/"):
                 data = data[:18] + (183).to_bytes(2, "little") + data[20:]
             target.writestr(name, data)
-    assert {"binary", "instance"} <= rules(check(other))
+    assert {"binary", "instance"} <= rules(check_fmu(other))

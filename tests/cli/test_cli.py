@@ -67,7 +67,7 @@ def test_a_gyro_can_be_an_fmu_file_or_a_python_file(cosim_json: Callable[..., An
     built_in = cosim_json(*RUN)["end"]
     assert cosim_json(*RUN, "--gyro", files[0])["end"] == built_in
     file = tmp_path / "mine.py"
-    file.write_text("from gyro_cosim.gyro_unit.linear import linear as component\n")
+    file.write_text("from gyro_cosim.gyro_unit.linear import linear_small as component\n")
     assert cosim_json(*RUN, "--gyro", str(file))["end"] == built_in
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from gyro_cosim import system
-from gyro_cosim.cli.settings import settings, split_variants
+from gyro_cosim.cli.settings import read_settings, split_variants
 
 RUN = ("run", "wheel-pair", "--stop", "0.1", "--in-process")
 
@@ -18,7 +18,7 @@ RUN = ("run", "wheel-pair", "--stop", "0.1", "--in-process")
 
 def test_one_parser_reads_values_and_variants() -> None:
     pair = system("wheel-pair")
-    found = settings(
+    found = read_settings(
         ["gyro.rotor_speed=200rpm", "gyro=linear,hil, rate_delay=5ms,tcp://h:1?late=stop", "vehicle.speed = 5"], pair
     )
     assert found.values == (("gyro.rotor_speed", "200rpm"), ("vehicle.speed", "5"))

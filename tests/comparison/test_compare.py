@@ -12,12 +12,12 @@ import pytest
 
 from gyro_cosim import RunError, system
 from gyro_cosim.comparison.candidates import _judged, compare
-from gyro_cosim.comparison.difference import difference, time_shift
+from gyro_cosim.comparison.difference import signal_difference, time_shift
 from gyro_cosim.comparison.tolerances import Tolerances, read
 from gyro_cosim.comparison.unit_energy import UnitEnergy
 from gyro_cosim.comparison.variants import check_period
 from gyro_cosim.component import Component, build, input_, output
-from gyro_cosim.gyro_unit.nonlinear import nonlinear
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_small
 from gyro_cosim.systems import catalogue
 
 HERE = str(Path(__file__))
@@ -35,7 +35,7 @@ def without_mount() -> Component:
 
 def bursting() -> Component:
     """The nonlinear unit, whose moment is no number any more from a gimbal angle of 0.2 rad on."""
-    plain = nonlinear()
+    plain = nonlinear_small()
     x, u, p = (ca.SX.sym(n, k) for n, k in zip("xup", (2, 3, len(plain.parameters)), strict=True))
     y = plain.output(x, u, p)
     y[0] = ca.if_else(ca.fabs(x[0]) > 0.2, np.nan, y[0])
@@ -64,13 +64,13 @@ def test_time_shift_is_found_between_samples(shift: float, start: float) -> None
 def test_differences_are_relative_to_the_reference() -> None:
     t = np.arange(1000) * 0.01
     r = np.sin(t)
-    d = difference(t, r, 1.1 * r)
+    d = signal_difference(t, r, 1.1 * r)
     assert (d.rms, d.peak, d.own_peak) == (pytest.approx(0.1), pytest.approx(0.1), pytest.approx(1.1 * d.reference_peak))
     assert d.shift == pytest.approx(0.0, abs=1e-9)
     zero = np.zeros_like(t)
-    d = difference(t, zero, 0.3 * r)
+    d = signal_difference(t, zero, 0.3 * r)
     assert (d.rms, d.peak) == (pytest.approx(1.0), pytest.approx(1.0))
-    d = difference(t, zero, zero)
+    d = signal_difference(t, zero, zero)
     assert (d.rms, d.peak, d.shift, d.correlation) == (0.0, 0.0, 0.0, 1.0)
 
 
@@ -258,8 +258,8 @@ def test_rounding_is_not_compared_with_rounding() -> None:
     """What rests in the reference, to rounding, and moves elsewhere differs by all of itself; what rests in both, by nothing."""
     t = np.arange(100) * 0.01
     noise = 1e-14 * np.sin(37 * t)
-    assert difference(t, noise, 2 * noise, rest=1e-9).rms == 0.0
-    d = difference(t, noise, np.sin(t), rest=1e-9)
+    assert signal_difference(t, noise, 2 * noise, rest=1e-9).rms == 0.0
+    d = signal_difference(t, noise, np.sin(t), rest=1e-9)
     assert (d.rms, d.peak, d.reference_peak) == (pytest.approx(1.0), pytest.approx(1.0), 0.0)
 
 

@@ -17,7 +17,7 @@ from gyro_cosim.component.units import BASE, compatible, convert, power_pair, qu
 from gyro_cosim.systems import catalogue
 
 COMPONENTS = [f"{package}:{variant}" for package, variants in catalogue.components().items() for variant in variants]
-WHEEL_PAIR = resolve_name("gyro_cosim.vehicle.wheel_pair:wheel_pair")()
+WHEEL_PAIR = resolve_name("gyro_cosim.vehicle.wheel_pair:small_wheel_pair")()
 
 
 def made(**changes: object) -> Component:

@@ -1,6 +1,7 @@
 """The house: wings whose names say what is in them, files that can be read in one go, faces that hide no module."""
 
 import importlib
+import inspect
 import pkgutil
 from pathlib import Path
 
@@ -36,6 +37,12 @@ def test_no_face_shadows_a_module(name: str) -> None:
     module = importlib.import_module(name)
     parent, _, leaf = name.rpartition(".")
     assert getattr(importlib.import_module(parent), leaf) is module
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_no_function_has_the_name_of_its_module(name: str) -> None:
+    same = getattr(importlib.import_module(name), name.rpartition(".")[2], None)
+    assert not (inspect.isfunction(same) and same.__module__ == name)
 
 
 def test_no_file_of_the_package_is_long() -> None:

@@ -11,11 +11,11 @@ from frames import AXES, Rate, driven, ramp, sine
 from gyro_cosim import Jacobi, simulate, system
 from gyro_cosim.component import build, input_
 from gyro_cosim.gyro_unit import hil as rig
-from gyro_cosim.gyro_unit.multibody import multibody
+from gyro_cosim.gyro_unit.multibody import multibody_small
 from gyro_cosim.gyro_unit.noise import Stream
-from gyro_cosim.gyro_unit.nonlinear import nonlinear
+from gyro_cosim.gyro_unit.nonlinear import nonlinear_small
 from gyro_cosim.gyro_unit.rig_parameters import OFF
-from gyro_cosim.gyro_unit.twin import twin
+from gyro_cosim.gyro_unit.twin import twin_small
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.systems import catalogue
 
@@ -25,11 +25,11 @@ YAW = {"yaw": sine(0.5, 6.0)}
 
 
 def around_multibody() -> object:
-    return rig.hil(multibody(), variant="hil_multibody")
+    return rig.behind_rig(multibody_small(), variant="hil_multibody")
 
 
 def around_twin() -> object:
-    return rig.hil(twin(), variant="hil_twin")
+    return rig.behind_rig(twin_small(), variant="hil_twin")
 
 
 def run(
@@ -211,10 +211,10 @@ def stateless() -> object:
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: rig.hil(stateless()), "plant 'g:v' must have the input 'roll_rate'"),
-        (lambda: rig.hil(rig.small()), "plant 'gyro_unit:hil' must have no sampled part"),
-        (lambda: rig.hil(nonlinear(), tick=0.0), "`tick` must be positive"),
-        (lambda: rig.hil(nonlinear(), longest_delay=-1.0), "`longest_delay` must not be negative"),
+        (lambda: rig.behind_rig(stateless()), "plant 'g:v' must have the input 'roll_rate'"),
+        (lambda: rig.behind_rig(rig.small()), "plant 'gyro_unit:hil' must have no sampled part"),
+        (lambda: rig.behind_rig(nonlinear_small(), tick=0.0), "`tick` must be positive"),
+        (lambda: rig.behind_rig(nonlinear_small(), longest_delay=-1.0), "`longest_delay` must not be negative"),
     ],
 )
 def test_rigs_that_cannot_be_are_refused(make: Callable[[], object], words: str) -> None:
@@ -237,7 +237,7 @@ def test_delays_that_are_negative_or_beyond_the_record_are_refused(setting: str,
 
 
 def test_a_longer_record_is_a_matter_of_one_argument() -> None:
-    c = rig.hil(nonlinear(), tick=2e-3, longest_delay=0.021)
+    c = rig.behind_rig(nonlinear_small(), tick=2e-3, longest_delay=0.021)
     assert next(v.max for v in c.parameters if v.name == "rate_delay") == pytest.approx(0.022)
     assert c.sample_period == 2e-3
 

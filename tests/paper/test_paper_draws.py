@@ -18,9 +18,9 @@ from gyro_cosim.paper import cases, measures
 from gyro_cosim.paper.sensitivity import figures as sensitivity_figures
 from gyro_cosim.paper.sensitivity import pair_draws, statistics, vehicle_draws
 from gyro_cosim.paper.sensitivity.draws import Bench, Study, Subject, carry_out
-from gyro_cosim.paper.sensitivity.findings import findings, ranking, sentences
+from gyro_cosim.paper.sensitivity.findings import all_findings, ranking, sentences
 from gyro_cosim.paper.sensitivity.open_parameters import Open, coordinates, draws, middle
-from gyro_cosim.paper.sensitivity.page import document, page
+from gyro_cosim.paper.sensitivity.page import document, study_page
 from gyro_cosim.paper.sensitivity.statistics import influences, wilson
 from gyro_cosim.paper.sensitivity.study import studied
 from gyro_cosim.sweeps.store import journal_of, load
@@ -184,7 +184,7 @@ def made(count: int = 200) -> tuple[Study, Table]:
 
 def test_what_is_found_is_what_was_put_in() -> None:
     study, table = made()
-    found = {(f.claim, f.part): f for f in findings(study, table)}
+    found = {(f.claim, f.part): f for f in all_findings(study, table)}
     assert found["C1", "high"].share.judged == 199
     assert found["C1", "high"].share.count == pytest.approx(100, abs=1)  # a Latin hypercube: half of the range, half of the draws
     assert found["C1", ""].share.count == pytest.approx(80, abs=12)
@@ -192,7 +192,9 @@ def test_what_is_found_is_what_was_put_in() -> None:
     assert [shown.target for shown in found["C1", "high"].deciding] == ["m.alpha"]
     assert found["C1", "high"].deciding[0].rho == pytest.approx(np.sqrt(3) / 2, abs=0.01)  # of a half with its ranks
     assert found["C1", "low"].deciding[0].rho == pytest.approx(-np.sqrt(3 * 0.2 * 0.8), abs=0.02)  # of a fifth
-    few = {(f.claim, f.part): f for f in findings(*made(15))}["C1", "high"]  # too few on either side: the margin is alpha itself
+    few = {(f.claim, f.part): f for f in all_findings(*made(15))}[
+        "C1", "high"
+    ]  # too few on either side: the margin is alpha itself
     assert [(i.target, i.rho) for i in few.deciding] == [("m.alpha", pytest.approx(1.0))]
     assert "; its margin moves with alpha (+1.00)" in few.text
     assert [i.target for i in found["C1", ""].deciding] == ["m.alpha", "m.beta"]
@@ -213,7 +215,7 @@ def test_ranking_counts_parts_and_the_page_says_it_all() -> None:
     assert (ranked[-1].parts, ranked[-1].claims, ranked[-1].draw) == (0, 0, 7)  # what failed comes last
     assert [r.parts for r in ranked] == sorted((r.parts for r in ranked), reverse=True)
     best = sum(r.parts == 3 and r.kind == "draw" for r in ranked)
-    text = page(study, table)
+    text = study_page(study, table)
     assert f"| best | round | 3 | 2 | 0 of 200 | {best} |" in text
     equal = sum((r.parts, r.claims) == (2, 1) and r.kind == "draw" for r in ranked)
     assert f"| middle of all ranges | round | 2 | 1 | {best} of 200 | {equal} |" in text
@@ -226,7 +228,7 @@ def test_ranking_counts_parts_and_the_page_says_it_all() -> None:
 
 
 def test_figures_are_drawn(tmp_path: Path) -> None:
-    found = findings(*made(30))
+    found = all_findings(*made(30))
     assert figures.save(sensitivity_figures.shares(found), tmp_path / "a.png").stat().st_size > 5000
     assert figures.save(sensitivity_figures.correlations(found), tmp_path / "b.png").stat().st_size > 5000
 
@@ -310,7 +312,7 @@ def test_a_draw_that_fails_is_a_row_with_its_error(tmp_path: Path) -> None:
     assert "vehicle.wheel_load: must be at least 0" in error
     assert np.isnan(table["C1: four stay"][impossible]).all()
     assert np.isfinite(table["C1: four stay"][~impossible]).all()
-    assert findings(Study(bad, 2, 1), table)[0].share.judged == 1
+    assert all_findings(Study(bad, 2, 1), table)[0].share.judged == 1
 
 
 def test_a_draw_of_the_vehicle_is_what_the_ledgers_code_gives(tmp_path: Path) -> None:

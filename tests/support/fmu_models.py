@@ -78,8 +78,8 @@ def autonomous(method: str = "rk4", internal_step: float = 1e-2) -> Component:
 
 
 COMPONENTS: dict[str, Callable[[], Component]] = {
-    "gyro_unit:nonlinear": resolve_name("gyro_cosim.gyro_unit.nonlinear:nonlinear"),
-    "vehicle:wheel_pair": resolve_name("gyro_cosim.vehicle.wheel_pair:wheel_pair"),
+    "gyro_unit:nonlinear": resolve_name("gyro_cosim.gyro_unit.nonlinear:nonlinear_small"),
+    "vehicle:wheel_pair": resolve_name("gyro_cosim.vehicle.wheel_pair:small_wheel_pair"),
     "plain": plain, "rosenbrock": lambda: stiff("rosenbrock"), "radau": lambda: stiff("radau"),
     "sampled": sampled, "gain": gain, "autonomous": autonomous, "implicit growth": lambda: autonomous("radau", 1e-3),
 }  # fmt: skip

@@ -5,7 +5,7 @@ import pytest
 from gyro_cosim import system
 from gyro_cosim.gyro_unit.parameters import FULL
 from gyro_cosim.systems import catalogue
-from gyro_cosim.vehicle.lrt_parameters import lrt_parameters
+from gyro_cosim.vehicle.lrt_parameters import vehicle_parameters
 from gyro_cosim.vehicle.parameter_sets import parameter_set, parameter_set_names
 
 GIMBAL = ("gimbal_stiffness", "gimbal_damping")
@@ -24,7 +24,7 @@ def test_set_a_is_what_vehicle_and_gyro_unit_start_with() -> None:
 
 @pytest.mark.parametrize("kind", ["stiffness", "damping"])
 def test_ranges_of_the_gimbals_springs_are_one_to_four_of_table_2(kind: str) -> None:
-    one = next(v.start for v in lrt_parameters() if v.name == f"primary_{kind}_z")
+    one = next(v.start for v in vehicle_parameters() if v.name == f"primary_{kind}_z")
     assert next(v.assumed for v in FULL if v.name == f"gimbal_{kind}") == (one, 4 * one)
 
 

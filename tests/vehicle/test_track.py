@@ -16,7 +16,7 @@ from gyro_cosim.vehicle.profiles import (
 )
 from gyro_cosim.vehicle.spectra import random_track, spectrum, tabulated_track
 from gyro_cosim.vehicle.track import Clothoid, Curve, Straight, Stretch, Track
-from gyro_cosim.vehicle.track_parameters import track_parameters
+from gyro_cosim.vehicle.track_parameters import parameters_of_track
 
 LEFT_RIGHT = (
     Straight(30),
@@ -31,7 +31,7 @@ KNIFE = Profile(np.array([-1e-3, 0.0, 1e-3]), np.array([-0.01, 0.0, -0.01]))
 
 
 def symbols(values: dict[str, float], knots: int, harmonics: int = 0) -> dict[str, ca.SX]:
-    table = {v.name: v.start for v in track_parameters(knots, harmonics)} | {"contact_half_distance": 0.7475} | values
+    table = {v.name: v.start for v in parameters_of_track(knots, harmonics)} | {"contact_half_distance": 0.7475} | values
     return {name: ca.SX(value) for name, value in table.items()}
 
 

@@ -16,7 +16,7 @@ import pytest
 from gyro_cosim.component import Component
 from gyro_cosim.vehicle import car_body, wheel_frame
 from gyro_cosim.vehicle.alignment import Alignment
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.running_gear import frame_mass
 from gyro_cosim.vehicle.wheel_frame import FrameState
 
@@ -49,7 +49,7 @@ def track(s: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 @pytest.fixture(scope="module")
 def vehicle() -> Component:
-    return lrt()
+    return lrt_set_a()
 
 
 def test_track_frames_seen_from_one_another(vehicle: Component) -> None:

@@ -6,10 +6,10 @@ import pytest
 from joined import Joined
 
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 from gyro_cosim.vehicle.variants import lrt_solid_axle
-from gyro_cosim.vehicle.wheelset import wheelset
+from gyro_cosim.vehicle.wheelset import sprung_wheelset
 
 
 class Linear:
@@ -32,17 +32,17 @@ class Linear:
 
 @pytest.fixture(scope="module")
 def vehicle() -> Linear:
-    return Linear(Joined(lrt()))
+    return Linear(Joined(lrt_set_a()))
 
 
 @pytest.fixture(scope="module")
 def damped() -> Linear:
-    return Linear(Joined(lrt(), {"front": nonlinear_full(), "rear": nonlinear_full()}))
+    return Linear(Joined(lrt_set_a(), {"front": nonlinear_full(), "rear": nonlinear_full()}))
 
 
 @pytest.fixture(scope="module")
 def conventional() -> Linear:
-    return Linear(Joined(wheelset()))
+    return Linear(Joined(sprung_wheelset()))
 
 
 def creep(linear: Linear, load: float, **values: float) -> dict[str, float]:
@@ -192,7 +192,7 @@ def test_reversed_conicity_reverses_the_yaw_mode(vehicle: Linear) -> None:
 @pytest.mark.parametrize("speed", [0.5, 2.0, 8.0, 50.0])
 def test_longest_step_is_six_sevenths_of_the_stability_limit(vehicle: Linear, speed: float) -> None:
     """The classical method bears 2.785 over the fastest decay."""
-    component = lrt({"speed": speed})
+    component = lrt_set_a({"speed": speed})
     limit = 2.785 / -vehicle.eigenvalues(speed=speed).real.min()
     longest = float(component.longest_step(component.start_state, component.start_input, component.start_parameters))
     assert longest == pytest.approx(0.86 * limit, rel=0.03)
@@ -200,7 +200,7 @@ def test_longest_step_is_six_sevenths_of_the_stability_limit(vehicle: Linear, sp
 
 def test_vehicle_is_stable_at_half_a_metre_per_second() -> None:
     """A tenth of a second at 0.5 m/s with 0.5 ms as the internal step: the step is cut, the creepages die out, none chatters."""
-    component = lrt({"speed": 0.5})
+    component = lrt_set_a({"speed": 0.5})
     names = [v.name for v in component.states]
     x, p, U = component.start_state, component.start_parameters, np.zeros((6, 3))
     x[names.index("front_left_spin_deviation")] = 0.05

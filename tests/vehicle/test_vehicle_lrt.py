@@ -6,7 +6,7 @@ from joined import Joined
 
 from gyro_cosim.component import Component
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.parameter_sets import parameter_set, parameter_set_names
 
 G = 9.81
@@ -14,7 +14,7 @@ G = 9.81
 
 @pytest.fixture(scope="module")
 def vehicle() -> Component:
-    return lrt()
+    return lrt_set_a()
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_vehicle_and_two_gyro_units_have_the_papers_28_degrees_of_freedom(vehicl
 
 @pytest.mark.parametrize("law", ["kalker", "shen-hedrick-elkins", "polach", "fastsim"])
 def test_vehicle_starts_at_rest_with_every_law(law: str) -> None:
-    component = lrt(law=law)
+    component = lrt_set_a(law=law)
     x_dot = np.array(component.rhs(component.start_state, component.start_input, component.start_parameters)).ravel()
     accelerations = [a for v, a in zip(component.states, x_dot, strict=True) if not v.name.endswith("distance")]
     assert np.abs(accelerations).max() < 1e-6  # four Newton steps of the trim; without spin creep in it: 1e-3 m/s2
@@ -130,13 +130,13 @@ def test_derailment_is_reported_before_the_model_ends(alone: Joined) -> None:
 )
 def test_bad_values_are_refused_in_one_line(name: str, value: float, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        lrt({name: value})
+        lrt_set_a({name: value})
 
 
 def test_unknown_names_are_refused_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"law must be one of kalker, .*, got 'coulomb'"):
-        lrt(law="coulomb")
+        lrt_set_a(law="coulomb")
     with pytest.raises(ValueError, match="'vehicle:lrt' has no variable 'sped'"):
-        lrt({"sped": 5.0})
+        lrt_set_a({"sped": 5.0})
     with pytest.raises(ValueError, match="parameter set must be one of A, B, got 'C'"):
         parameter_set("C")

@@ -6,11 +6,11 @@ import pytest
 
 from gyro_cosim.vehicle import car_body
 from gyro_cosim.vehicle.alignment import Alignment
-from gyro_cosim.vehicle.lrt import lrt, motion, wheel_load
+from gyro_cosim.vehicle.lrt import lrt_set_a, motion, wheel_load
 from gyro_cosim.vehicle.profiles import ntcirw_wheel
 from gyro_cosim.vehicle.running_gear import Design, body_state, frame_mass
 from gyro_cosim.vehicle.track import Clothoid, Curve, Straight, Stretch, Track
-from gyro_cosim.vehicle.trim import trim
+from gyro_cosim.vehicle.trim import rest_state
 from gyro_cosim.vehicle.wheel_rail import Wheel, flange_profile, touch, tread_profile
 
 G = 9.81
@@ -26,7 +26,7 @@ class Inside:
 
     def __init__(self) -> None:
         self.design = Design(knots=6)
-        self.component = lrt(knots=6)
+        self.component = lrt_set_a(knots=6)
         self.s = {
             v.name: ca.SX.sym(v.name) for v in self.component.variables if v.is_state or v.causality in ("input", "parameter")
         }
@@ -101,7 +101,7 @@ def test_forces_inside_make_no_momentum(inside: Inside) -> None:
     track = Alignment.of(s, design.knots)
     m_body, h_body = car_body.masses(s)
     m_frame, J = frame_mass(s)
-    height = trim(s, wheel_load(s), design.law, design.grid).axle_height
+    height = rest_state(s, wheel_load(s), design.law, design.grid).axle_height
     half = s["pivot_spacing"] / 2
     body = body_state(s, "body", 0, h_body)
     here = track.at(body.s)
@@ -141,7 +141,7 @@ def test_forces_inside_make_no_momentum(inside: Inside) -> None:
 def test_explicit_contact_meets_a_search_by_brute_force() -> None:
     """Gap and contact angle of tread and flange against the least gap over a fine grid along the rail: below 0.2 um and
     0.5 mrad at yaw angles up to 0.1 rad, lateral displacements from flange to flange and on the flange's tip."""
-    s = {v.name: ca.SX(v.start) for v in lrt().parameters}
+    s = {v.name: ca.SX(v.start) for v in lrt_set_a().parameters}
     y, psi, phi = (ca.SX.sym(n) for n in ("y", "psi", "phi"))
     a = ca.vertcat(-ca.sin(psi) * ca.cos(phi), ca.cos(psi) * ca.cos(phi), ca.sin(phi))
     t = ca.vertcat(1, 0, 0)
@@ -172,7 +172,7 @@ def test_explicit_contact_meets_a_search_by_brute_force() -> None:
 
 def test_flange_in_the_equations_is_the_drawn_profile_grown_by_the_rails_corner() -> None:
     """Every point of the grown flange, cone and tip, is the corner's radius away from the table; 4001 points: 2 um."""
-    s = {v.name: ca.SX(v.start) for v in lrt().parameters}
+    s = {v.name: ca.SX(v.start) for v in lrt_set_a().parameters}
     grown, summit = flange_profile(s)
     d = ca.SX.sym("d")
     curve = ca.Function("curve", [d], [grown(d)[0] - s["rolling_radius"]])
@@ -187,7 +187,7 @@ def test_flange_in_the_equations_is_the_drawn_profile_grown_by_the_rails_corner(
 def test_reported_forces_and_climb_mean_what_they_say() -> None:
     """Y of both wheels makes the pair's force; climb goes from 0 at the clearance to 1 on top of the drawn flange; a flange
     pressed some 2 mm into the rail's spring carries k times that, less 20 um of soft start (the axle's static 35 um: 1 %)."""
-    component, drawn = lrt(), ntcirw_wheel()
+    component, drawn = lrt_set_a(), ntcirw_wheel()
     p = {v.name: v.start for v in component.parameters}
     clearance = p["flange_clearance"]
     way = drawn.y[np.argmin(drawn.z)] - clearance - p["corner_offset"]

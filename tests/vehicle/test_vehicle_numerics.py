@@ -6,7 +6,7 @@ from joined import Joined
 
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_full
-from gyro_cosim.vehicle.lrt import lrt
+from gyro_cosim.vehicle.lrt import lrt_set_a
 from gyro_cosim.vehicle.parameter_sets import parameter_set
 from gyro_cosim.vehicle.spectra import random_track
 from gyro_cosim.vehicle.track import Straight, Track
@@ -15,7 +15,7 @@ from gyro_cosim.vehicle.variants import lrt_rough
 
 @pytest.fixture(scope="module")
 def plain() -> Joined:
-    return Joined(lrt(), {"front": nonlinear_full(), "rear": nonlinear_full()}, cut=False)
+    return Joined(lrt_set_a(), {"front": nonlinear_full(), "rear": nonlinear_full()}, cut=False)
 
 
 def test_internal_step_has_order_four_while_the_contacts_last(plain: Joined) -> None:
@@ -41,7 +41,7 @@ def test_default_internal_step_is_converged_in_the_curve(plain: Joined, name: st
 
 def test_joined_system_steps_as_the_component_does() -> None:
     """Without units it is the component itself, cut steps included."""
-    vehicle = lrt({"speed": 2.0})
+    vehicle = lrt_set_a({"speed": 2.0})
     joined = Joined(vehicle)
     x = joined.x({"front_yaw_angle": 1e-3})
     end = joined.run(0.05, joined.p({}), x, every=100).end
@@ -51,7 +51,7 @@ def test_joined_system_steps_as_the_component_does() -> None:
 
 
 def test_joined_system_refuses_what_is_not_there() -> None:
-    vehicle = lrt()
+    vehicle = lrt_set_a()
     with pytest.raises(ValueError, match="component 'vehicle:lrt' has no connector 'middle'"):
         Joined(vehicle, {"middle": nonlinear_full()})
     with pytest.raises(ValueError, match="the joined system has no 'sped'"):
@@ -60,7 +60,7 @@ def test_joined_system_refuses_what_is_not_there() -> None:
 
 def test_vehicle_rolls_down_a_gradient_as_its_masses_say() -> None:
     """Free on a 2 % fall: m g sin / (m + 4 I_y / r^2), spin inertia included; 1 % for the creep's share and the entry."""
-    joined = Joined(lrt({"drive_on": 0.0, "speed": 10.0}))
+    joined = Joined(lrt_set_a({"drive_on": 0.0, "speed": 10.0}))
     p = joined.p(Track((Straight(1),), gradient=((5.0, 0.0), (15.0, -0.02))).parameters())
     run = joined.run(5.0, p, every=200)
     late = run.t > 3.0

@@ -21,7 +21,7 @@ from ..coupling import Algorithm, History, Memory
 from ..errors import ConvergenceError
 from ..master import Progress, Run, run
 from ..network import Network
-from ..network.linearised import Linearised, linearised
+from ..network.linearised import Linearised, linearise_network
 from ..trajectory import Trajectory
 
 HALVINGS = 2
@@ -200,7 +200,7 @@ def margin(network: Network, algorithm: Algorithm, step: float) -> Stability | N
     Stability or None
         None where a component does not give its derivatives.
     """
-    linear = linearised(network)
+    linear = linearise_network(network)
     if linear is None:
         return None
     growth = float(np.linalg.eigvals(linear.joined()).real.max(initial=-np.inf)) if linear.size else -np.inf

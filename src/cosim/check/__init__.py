@@ -10,7 +10,7 @@ crashes, hangs or ends the process is a fault like any other. FMI 2.0 and 3.0, C
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Fault", "check"]
+__all__ = ["Fault", "check_fmu"]
 
 TIMEOUT = 60.0  # s that one probe of the binary may take
 
@@ -34,7 +34,7 @@ class Fault:
         return f"{self.rule}: {self.message}"
 
 
-def check(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
+def check_fmu(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
     """The faults of an FMU.
 
     Parameters

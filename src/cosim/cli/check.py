@@ -14,9 +14,9 @@ def command(
     as_json: AsJson = False,
 ) -> int:
     """Check FMUs: schema and validation, and what validators miss. Exit code 1 if there is a fault."""
-    from ..check import check
+    from ..check import check_fmu
 
-    found = {str(file): check(file, timeout=timeout) for file in files}
+    found = {str(file): check_fmu(file, timeout=timeout) for file in files}
     words = [f"{file}: {fault}" for file, faults in found.items() for fault in faults]
     words += [f"{file}: no fault found" for file, faults in found.items() if not faults]
     document = {file: [{"rule": f.rule, "message": f.message} for f in faults] for file, faults in found.items()}

@@ -23,7 +23,7 @@ from .common import (
     seconds,
     writable,
 )
-from .settings import Settings, settings
+from .settings import Settings, read_settings
 
 VERDICTS = {True: "yes", False: "no", None: "cannot be decided"}
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
@@ -62,7 +62,7 @@ def command(
     from ..comparison.tolerances import read as read_tolerances
 
     plan = chosen_system(system)
-    chosen = settings(set_ or (), plan)
+    chosen = read_settings(set_ or (), plan)
     component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)

@@ -31,7 +31,7 @@ from .common import (
     writable,
 )
 from .settings import assignment, words
-from .summary import certificate_document, certificate_words, document, summary
+from .summary import certificate_document, certificate_words, document, summary_lines
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -163,7 +163,7 @@ def command(
             console().print(pacer.report().words())
         raise failure
     told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
-    lines = summary(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
+    lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
     if pacer is not None:
         told["realtime"] = pacer.report().document()
         lines.append(pacer.report().words())

@@ -45,7 +45,7 @@ def words(text: str) -> list[str]:
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
-def settings(texts: Iterable[str], system: System) -> Settings:
+def read_settings(texts: Iterable[str], system: System) -> Settings:
     """What `texts`, each as after --set, say for a system; a name without a dot, or of a component, stands for a component.
 
     Raises
@@ -89,7 +89,7 @@ def gyro_of(system: System) -> str:
 
 def applied(system: System, gyro: str | None, texts: Sequence[str] | None) -> System:
     """The system with --gyro and --set of a command that runs one variant of each component."""
-    chosen = settings(texts or (), system)
+    chosen = read_settings(texts or (), system)
     if gyro is not None:
         name = gyro_of(system)
         if name in chosen.variants:

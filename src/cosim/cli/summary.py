@@ -58,7 +58,7 @@ def document(run: Run, found: Sequence[Assessed] = ()) -> dict[str, Any]:
     return own | assessments.documents(found, own)
 
 
-def summary(run: Run, in_process: bool, found: Sequence[Assessed] = ()) -> list[str | Table]:
+def summary_lines(run: Run, in_process: bool, found: Sequence[Assessed] = ()) -> list[str | Table]:
     """The run in words.
 
     Parameters

@@ -8,7 +8,7 @@ import typer
 from ..coupling import ALGORITHMS
 from ..systems import System
 from .common import AsJson, Degrees, SystemName, chosen_system, degrees, finite, needs, progress, say, seconds
-from .settings import gyro_of, settings, words
+from .settings import gyro_of, read_settings, words
 
 
 def command(
@@ -92,7 +92,7 @@ def command(
 
 def _axes(texts: list[str], plan: System) -> tuple[dict[str, str], dict[str, tuple[str, ...]]]:
     """Values and variants by target, each given once and with at least one of them."""
-    chosen = settings(texts, plan)
+    chosen = read_settings(texts, plan)
     parameters: dict[str, str] = {}
     for target, value in chosen.values:
         if not value:

@@ -30,7 +30,7 @@ class Difference:
     own_peak: float
 
 
-def difference(t: np.ndarray, reference: np.ndarray, own: np.ndarray, rest: float = 0.0) -> Difference:
+def signal_difference(t: np.ndarray, reference: np.ndarray, own: np.ndarray, rest: float = 0.0) -> Difference:
     """How much a signal differs from its reference.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..systems import System
 from ..trajectory import Trajectory
-from .difference import Difference, difference
+from .difference import Difference, signal_difference
 from .tolerances import Tolerances
 from .unit_energy import UnitEnergy
 
@@ -51,7 +51,11 @@ def judge(reference: Trajectory, own: Trajectory, tolerances: Tolerances) -> tup
         In words, which of them are beyond the tolerances.
     """
     rest = _at_rest(reference)
-    found = {n: difference(reference.t, reference[n], own[n], rest[reference.unit(n)]) for n in reference.names if n in own.names}
+    found = {
+        n: signal_difference(reference.t, reference[n], own[n], rest[reference.unit(n)])
+        for n in reference.names
+        if n in own.names
+    }
     broken = []
     for name, d in found.items():
         limits = tolerances.limits(name)

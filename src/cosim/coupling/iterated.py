@@ -21,7 +21,7 @@ import numpy as np
 
 from ..errors import ConvergenceError
 from ..network import Network
-from ..network.linearised import linearised
+from ..network.linearised import linearise_network
 from .base import Algorithm, Memory, Saved, Step, require_restore, save_all, step_all
 from .history import History
 
@@ -204,7 +204,7 @@ def _interface_jacobian(
 ) -> np.ndarray:
     """dG/dz by repeating the macro step once for every coupled output: on the slaves' linearisations, which stand at zero,
     where all give them; else on the slaves themselves, from `before`, with moves relative to `largest`."""
-    linear = linearised(network)
+    linear = linearise_network(network)
     if linear is None:
         return _by_differences(network, history, h, degree, before, 1e-6 * np.maximum(1.0, largest))
     still = History(history.t, tuple(np.zeros_like(history.Y[0]) for _ in history.Y), history.held)

@@ -12,7 +12,7 @@ from ..coupling import Algorithm, GaussSeidel, Jacobi, Nepce
 from ..coupling.explicit import MISSED
 from ..errors import SlaveError
 from ..network import Network
-from ..slaves.fmi.raw import RawFmu, raw
+from ..slaves.fmi.raw import RawFmu, raw_access
 from . import ctypes_calls, loop, native
 
 TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
@@ -76,7 +76,7 @@ class FastLoop:
         self._kept_alive: list[Any] = []  # what the table holds addresses of
         self._error: BaseException | None = None
         for i, slave in enumerate(network.slaves):
-            fmu = raw(slave)
+            fmu = raw_access(slave)
             assert fmu is not None
             self._raws.append(fmu)
             n_u, places = len(slave.inputs), np.array([w[1] for w in wires[i]], dtype=np.int64)
@@ -178,7 +178,7 @@ class FastLoop:
 
 def fits(network: Network, algorithm: Algorithm) -> bool:
     """Whether the inner loop can run this: FMUs in this process, an explicit algorithm, no extras. Ask after initialize()."""
-    fmus = [raw(slave) for slave in network.slaves]
+    fmus = [raw_access(slave) for slave in network.slaves]
     return (
         isinstance(algorithm, Jacobi | Nepce | GaussSeidel)
         and all(fmu is not None and (algorithm.degree == 0 or not fmu.asks) for fmu in fmus)

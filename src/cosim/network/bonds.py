@@ -24,7 +24,7 @@ class Bond:
     effort_input: tuple[int, int]
 
 
-def bonds(
+def power_bonds(
     system: System, where: Mapping[str, int], units: Sequence[str], feeds: Mapping[int, Sequence[tuple[int, int]]]
 ) -> tuple[Bond, ...]:
     """The system's power bonds; where it states none, the pairs of connections whose units leave no doubt.

@@ -141,7 +141,7 @@ class Linearised:
         return A
 
 
-def linearised(network: Network) -> Linearised | None:
+def linearise_network(network: Network) -> Linearised | None:
     """The network with every slave linearised at its present state; None where a slave does not give its derivatives."""
     slaves: list[LinearSlave] = []
     if network.tabled or network.held.size:

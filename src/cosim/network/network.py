@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import WiringError, unknown
 from ..slaves import Counts, Slave, counts
 from ..systems import Connection, System
-from .bonds import bonds
+from .bonds import power_bonds
 from .evaluation import Evaluation
 from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 
@@ -103,7 +103,7 @@ class Network:
         self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
         self.coupled = np.array(sorted(self.feeds), dtype=int)
         self._evaluate()
-        self.bonds = bonds(system, self._where, self.units, self.feeds)
+        self.bonds = power_bonds(system, self._where, self.units, self.feeds)
 
     def _substeps(self, given: Mapping[str, int]) -> list[int]:
         known = [s.name for s in self.slaves]

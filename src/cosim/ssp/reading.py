@@ -11,7 +11,7 @@ from ..errors import WiringError, unknown
 from ..systems import Connection, Conversion, Exchange, PowerBond, StopWhen, System, SystemComponent
 from .documents import ANNOTATION, NAMESPACES, Document, conversion_of
 from .parameters import bound_values
-from .tree import Node, components, tree
+from .tree import Node, components, system_tree
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
 
@@ -44,7 +44,7 @@ def read(file: Path | str) -> System:
         Names file, element and rule.
     """
     location = str(file)
-    top = tree(location)
+    top = system_tree(location)
     leaves = components(top)
     arriving = _wires(top)
     connections = []

@@ -49,7 +49,7 @@ class Node:
         return f"component {self.path!r}" if self.source else f"system {self.path!r}" if self.path else "the system"
 
 
-def tree(location: str) -> Node:
+def system_tree(location: str) -> Node:
     """The tree of the .ssd or .ssp file at `location`."""
     found = load(_structure(location), "ssd", "SystemStructureDescription")
     top = found.root.find("ssd:System", NAMESPACES)

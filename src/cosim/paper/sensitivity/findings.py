@@ -76,7 +76,7 @@ class Ranked:
         return f"draw {self.draw}" if self.kind == DRAW else "middle of all ranges" if self.kind == MIDDLE else self.kind
 
 
-def findings(study: Study, table: Table) -> list[Finding]:
+def all_findings(study: Study, table: Table) -> list[Finding]:
     """Of every claim and every part, for each kind of wheels: the whole claim first."""
     found = []
     for claim, parts in study.subject.claims.items():

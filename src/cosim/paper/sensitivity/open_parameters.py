@@ -30,7 +30,7 @@ class Open:
         return self.low + (self.high - self.low) * share
 
 
-def open_parameters(system: System) -> tuple[Open, ...]:
+def every_open_parameter(system: System) -> tuple[Open, ...]:
     """Every parameter with an assumed range, of each component once; components of one source are addressed together."""
     collected = []
     for address, part in addressed(system).items():

@@ -7,15 +7,15 @@ import numpy as np
 
 from ...sweeps.table import Table
 from .draws import DRAW, Study
-from .findings import Finding, Ranked, findings, margin_of, ranking, shown
+from .findings import Finding, Ranked, all_findings, margin_of, ranking, shown
 from .statistics import wilson
 
 BEST = 5  # draws that the ranking shows
 
 
-def page(study: Study, table: Table) -> str:
+def study_page(study: Study, table: Table) -> str:
     """Everything about one study."""
-    rows_of_claims, ranked = findings(study, table), ranking(study, table)
+    rows_of_claims, ranked = all_findings(study, table), ranking(study, table)
     failed = int((table["status"] == "failed").sum())
     subject = study.subject
     kinds = ", each with " + " and ".join(subject.wheels) if len(subject.wheels) > 1 else ""
@@ -161,7 +161,7 @@ def document(study: Study, table: Table) -> dict[str, Any]:
              "low": f.share.low, "high": f.share.high, "middle": f.middle,
              "correlated": "truth" if f.mixed else "margin",
              "correlations": {i.target: {"rho": i.rho, "partial": _number(i.partial), "p": i.p} for i in f.influences}}
-            for f in findings(study, table)
+            for f in all_findings(study, table)
         ],
         "ranking": [
             {"point": r.name, "wheels": r.wheels, "parts": r.parts, "claims": r.claims,

@@ -18,7 +18,7 @@ from .. import pair_measures
 from ..measures import Margins
 from ..pair_measures import ALGORITHM, NAMES, SPAN, STEP, TURNING, Observed, settling_time
 from .draws import NAMED, sources_of
-from .open_parameters import Open, open_parameters, values_of
+from .open_parameters import Open, every_open_parameter, values_of
 
 WHEELS = "Table 1"  # there is one kind
 FINENESS = 200  # of the root loci; the ledger's are twice as fine, to be drawn
@@ -61,7 +61,7 @@ class PairSubject:
 def subject() -> PairSubject:
     """The wheel pair with the ranges of its tables; its defaults are a named point."""
     pair = named_system("wheel-pair")
-    parameters = open_parameters(pair)
+    parameters = every_open_parameter(pair)
     values = values_of(pair)
     return PairSubject(pair, parameters, {"defaults": (WHEELS, {p.target: values[p.target] for p in parameters})}, {WHEELS: {}})
 

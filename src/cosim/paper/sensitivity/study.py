@@ -9,8 +9,8 @@ from ...sweeps import write_summary
 from . import figures as sensitivity_figures
 from . import pair_draws, vehicle_draws
 from .draws import Study, Subject, carry_out
-from .findings import Finding, findings, sentences
-from .page import document, page
+from .findings import Finding, all_findings, sentences
+from .page import document, study_page
 
 EVERYWHERE = {"C5": "holds in every draw: no open parameter enters"}
 DRAWS, SEED = 8, 1  # a look in passing; docs/claims.md has the study that claims rest on
@@ -57,9 +57,9 @@ def studied(
         study = Study(subject, draws, seed)
         files.append(folder / f"draws_{subject.name}_{draws}_{seed}.csv")
         table = carry_out(study, files[-1], workers=workers, progress=stage(progress, place / len(of), (place + 1) / len(of)))
-        here = findings(study, table)
+        here = all_findings(study, table)
         texts |= sentences(here, tuple(subject.wheels))
-        pages.append(page(study, table))
+        pages.append(study_page(study, table))
         documents.append(document(study, table))
         everything += here
     words, data = folder / "sensitivity.md", folder / "sensitivity.json"

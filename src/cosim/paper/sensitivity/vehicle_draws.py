@@ -25,7 +25,7 @@ from .. import cases, measures
 from ..cases import ALGORITHM, FAST, RECORD, SETS, SLOW, SPINS, STRAIGHT, Extent
 from ..measures import Margins, Measures, Y
 from .draws import NAMED, plain, sources_of
-from .open_parameters import Open, open_parameters, values_of
+from .open_parameters import Open, every_open_parameter, values_of
 
 SPEEDS = (STRAIGHT, SLOW, FAST)
 DRAWN = Extent(behind_slow=measures.END, starts=("0mm",))
@@ -74,7 +74,7 @@ def subject(extent: Extent = DRAWN) -> VehicleSubject:
     """The vehicle with the ranges of its tables and of its gyro units'; the sets A and B are named points."""
     tables = {name: values_of(cases.base(name, SLOW)) for name in SETS}
     table, other = tables.values()
-    parameters = open_parameters(cases.base("A", SLOW))
+    parameters = every_open_parameter(cases.base("A", SLOW))
     targets = {parameter.target for parameter in parameters}
     spin = {t: value for t, value in other.items() if value != table[t] and t not in targets}  # how B's wheels differ
     return VehicleSubject(

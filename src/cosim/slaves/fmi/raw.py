@@ -72,6 +72,6 @@ class Direct(Slave):
         """From finish() on, how C code can step it; None where that cannot be done: it needs real signals only."""
 
 
-def raw(slave: Slave) -> RawFmu | None:
+def raw_access(slave: Slave) -> RawFmu | None:
     """How C code can step `slave` from finish() on; None where it cannot."""
     return slave.raw if isinstance(slave, Direct) else None
