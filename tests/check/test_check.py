@@ -141,8 +141,8 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
     ),
     "crash at the bound of a parameter": (
         "core.c",
-        "case PARAMETER: m->s.p[v->index] = value[i]; break;",
-        "case PARAMETER: m->s.p[v->index] = value[i]; if (value[i] == 1e6) abort(); break;",
+        "case PARAMETER: m->s.p[v->index] = value[i], m->P_known = 0; break;",
+        "case PARAMETER: m->s.p[v->index] = value[i], m->P_known = 0; if (value[i] == 1e6) abort(); break;",
         "bounds",
     ),
     "exit": (
