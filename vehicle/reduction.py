@@ -54,7 +54,8 @@ def reduced_values(values: Mapping[str, float], law: str = "polach") -> dict[str
     C = Coefficients(s["kalker_c11"], s["kalker_c22"], s["kalker_c23"], s["kalker_c33"])
     G = s["youngs_modulus"] / (2 * (1 + s["poisson_ratio"]))
     creepages = ca.SX.sym("creepages", 3)  # xi, eta, phi
-    forces = ca.vertcat(*creep_law(law)(*ca.vertsplit(creepages), Patch(axis, axis, N, s["friction"], G, C)))
+    patch = Patch(axis, axis, N, s["friction"], G, C)
+    forces = ca.vertcat(*creep_law(law)(creepages[0], creepages[1], creepages[2], patch))
     slopes = -ca.DM(ca.Function("slopes", [creepages], [ca.jacobian(forces, creepages)])([0.0, 0.0, sin(slope) / r0]))
     return {
         "speed": s["speed"],

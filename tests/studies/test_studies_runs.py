@@ -57,7 +57,7 @@ def same(found: Any, norm: Any) -> None:
 
 
 @pytest.mark.parametrize("study", [
-    "derailment_map", "safe_speed", "gyro_cost",
+    "derailment_map", "safe_speed", "gyro_cost", "stability_law",
     pytest.param("comfort", marks=pytest.mark.slow),  # it builds the FMU with 192 harmonics first
 ])  # fmt: skip
 def test_the_short_study_meets_its_norms(short: Callable[[str], dict[str, Any]], study: str) -> None:
@@ -99,6 +99,20 @@ def test_in_the_curve_the_gyro_pitches_its_frame_with_h_v_over_r(
     # Both gyros' pitch moments lift one axle and load the other, over 6 m; the hunting vehicle without them does not.
     shift = -found["B"]["2000 rpm"][f"{speed} m/s: front_load"]
     assert shift == pytest.approx(2 * moment / 6.0, rel=0.05)  # the axles' other moments are a few N m
+
+
+def test_without_gimbal_springs_the_gyro_stabilises_table_2s_wheels(short: Callable[[str], dict[str, Any]]) -> None:
+    """Over waves of 10 mm at 50 m/s, far above what the paper's ratio allows; the law is a good guide to the full vehicle."""
+    found = short("stability_law")
+    assert found["without springs, 0 rpm"]["derailed"]
+    assert not found["without springs, 3000 rpm"]["derailed"]
+    assert found["without springs, 3000 rpm"]["largest_y_in_the_last_2_s_m"] < 1e-3
+    steep = found["Table 2's wheels, steep tread"]
+    for law, full in zip(steep["needed_ratio_by_law_s"], steep["needed_ratio_full_vehicle_s"], strict=True):
+        assert found["ratio_of_the_paper_s"] < law / 4
+        assert law / 2 < full < law * 2
+    assert found["law_allows_the_papers_ratio_within_the_ranges"]["up_to_m_s"] < 8.0  # C10's speed
+    assert found["least_lean_of_a_stable_gimbal_at_8_m_s"]["rad"] > 1.0  # the price in C10's curve
 
 
 def test_a_rotor_at_rest_gives_no_moment(short: Callable[[str], dict[str, Any]]) -> None:
