@@ -4,9 +4,8 @@
 The first is the default.
 
 Public besides VARIANTS: `lrt.lrt_set_a`, `wheel_pair.small_wheel_pair`, `wheelset.sprung_wheelset` and the functions of
-`variants`, which make the
-components; `track` and `spectra` (the track as data), `profiles`, `contact`, `creep_laws` and `kalker` (wheel and rail as plain
-functions), `parameter_sets`. The other modules hold the equations of the vehicle.
+`variants`, which make the components; `track` and `spectra` (the track as data), `profiles`, `contact`, `creep_laws` and `kalker`
+(wheel and rail as plain functions), `parameter_sets`, `reduction`. The other modules hold the equations of the vehicle.
 """
 
 __all__ = ["VARIANTS"]
