@@ -113,7 +113,9 @@ def test_spectrum_meets_hand_values() -> None:
     assert spectrum("lateral", "high", np.array([0.1]))[0] == pytest.approx(by_hand * 6.125 / 2.119, rel=1e-12)
 
 
-@pytest.mark.parametrize("conicity", [0.025, 0.05, 0.1])
+@pytest.mark.parametrize(
+    "conicity", [pytest.param(0.025, marks=pytest.mark.slow), 0.05, pytest.param(0.1, marks=pytest.mark.slow)]
+)
 def test_a_cone_has_its_own_equivalent_conicity(conicity: float) -> None:
     """EN 15302: for a cone the kinematic wavelength is Klingel's whatever the amplitude."""
     for amplitude in (1e-3, 3e-3, 5e-3):
