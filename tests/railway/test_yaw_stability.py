@@ -185,8 +185,8 @@ def test_full_vehicle_needs_the_ratio_within_a_factor_of_two(full: AtRest, case:
     assert least_growth(full, case, needed / 2) > 0.0 > least_growth(full, case, needed * 2)
 
 
-def test_full_vehicle_of_set_a_is_stable_at_no_ratio(full: AtRest) -> None:
-    """Its tread is so flat that the spin creep turns the pair: K L < c v, and the law says that no gimbal helps."""
+def test_full_vehicle_of_set_a_is_stable_at_no_ratio_tried(full: AtRest) -> None:
+    """Its tread is so flat that the spin creep turns the pair: K L < c v, no gimbal helps the pair. Of the vehicle: a search."""
     values = reduced_values({})
     case = (values["speed"], values["conicity"], values["conicity_gradient"], values["spin_inertia"])
     assert needed_ratio(wheel_pair(**values)) == np.inf

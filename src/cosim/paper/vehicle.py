@@ -26,9 +26,10 @@ FORCES = {
 Cases = Mapping[Key, Case]
 # Why Table 2's wheels do not come to rest; every number is one of studies/stability_law.py.
 WHY_NOT_AT_50 = (
-    "Table 2's wheels need a ratio of gimbal damper to gimbal spring that grows with the speed, whatever the spin: "
-    "Table 2's 0.242 s is enough up to 7.4 m/s at most within the assumed ranges, and on set A's flat tread no ratio is "
-    "(studies/stability_law.py). On a steep tread (conicity 0.371) 9.3 s are enough at 50 m/s, and at 3000 rpm without a spring "
+    "by the law of a single wheel pair Table 2's wheels need a ratio of gimbal damper to gimbal spring that grows with the "
+    "speed, whatever the spin: Table 2's 0.242 s is enough up to 7.4 m/s on a grid over the assumed ranges, and on set A's "
+    "flat tread no ratio is (studies/stability_law.py). The full vehicle agrees within a factor of two where it was looked at. "
+    "On a steep tread (conicity 0.371) 9.3 s are enough at 50 m/s, and at 3000 rpm without a spring "
     "y falls to 1.9e-7 m. The price: in a curve k eta = H v / R, so without a spring the gimbal leans without end"
 )
 WHY_NOT_AT_8 = (

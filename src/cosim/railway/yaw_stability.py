@@ -43,7 +43,8 @@ too, and these do contain H. For H to infinity at fixed A, c_g, k_g the two slow
     s = -(p1 - p0 / L) / (2 H^2 L) +- i sqrt(p0 / (H^2 L)),     p1, p0 as in (6), (7)           (9)
 
 (put s^2 = -p0 / (H^2 L) + small into H^2 s^3 + H^2 L s^2 + p1 s + p0), so a fast rotor requires a ratio larger by 1 / L. And
-(1) to (3) leave out roll, pitch, flanges, large creepages and the coupling of the two pairs through the body.
+(1) to (3) leave out roll, pitch, flanges, large creepages and the coupling of the two pairs through the body: of a vehicle (8)
+is an estimate, and a vehicle may be stable at a smaller ratio (one in studies/stability_law.py is, above 16 m/s).
 
 Growth where (6) is broken. By Gauss and Lucas the roots of p' lie in the convex hull of the roots of p, so the largest real part
 of a root of p is at least that of a root of p'. Where (6) is broken p'(0) = p1 < 0, while p'(s) > 0 for large s: p' has a
@@ -55,12 +56,21 @@ Wickens 2003, Fundamentals of Rail Vehicle Dynamics, for creep and gravity of (1
 Matrices 2, chapter 15, for the signs of the coefficients; Marden 1966, Geometry of Polynomials, section 6, for Gauss and Lucas.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 
 __all__ = ["Gimbal", "WheelPair", "characteristic_polynomial", "growth_bound", "margin", "needed_ratio", "wheel_pair"]
+
+
+def _finite_with_inertia(values: Mapping[str, float]) -> None:
+    for name, value in values.items():
+        if not isfinite(value):
+            raise ValueError(f"{name} must be finite, got {value:g}")
+    if not values["inertia"] > 0.0:
+        raise ValueError(f"inertia must be above 0, got {values['inertia']:g}")
 
 
 @dataclass(frozen=True)
@@ -91,11 +101,7 @@ class WheelPair:
     creep: float
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not isfinite(value):
-                raise ValueError(f"{name} must be finite, got {value:g}")
-        if not self.inertia > 0.0:
-            raise ValueError(f"inertia must be above 0, got {self.inertia:g}")
+        _finite_with_inertia(vars(self))
 
     @property
     def cubic(self) -> np.ndarray:
@@ -124,11 +130,7 @@ class Gimbal:
     stiffness: float
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not isfinite(value):
-                raise ValueError(f"{name} must be finite, got {value:g}")
-        if not self.inertia > 0.0:
-            raise ValueError(f"inertia must be above 0, got {self.inertia:g}")
+        _finite_with_inertia(vars(self))
         for name in ("damping", "stiffness"):
             if getattr(self, name) < 0.0:
                 raise ValueError(f"{name} must be at least 0, got {getattr(self, name):g}")
