@@ -228,6 +228,13 @@ def test_the_kernel_is_compiled_once_and_kept(no_kernel_yet: Path) -> None:
     assert kept.stat().st_mtime_ns == before
 
 
+def test_a_spoilt_kernel_is_compiled_anew(no_kernel_yet: Path) -> None:
+    file = native._file()
+    file.parent.mkdir()
+    file.write_bytes(b"not a library")
+    assert isinstance(native.kernel(), native.Kernel)
+
+
 @pytest.mark.parametrize("how", ["no compiler", "no place"])
 def test_without_a_kernel_the_plain_loop_runs_and_the_summary_says_so(
     how: str, no_kernel_yet: Path, monkeypatch: pytest.MonkeyPatch, cosim: Callable[..., Any]

@@ -90,8 +90,13 @@ def kernel() -> Kernel | str:
     try:
         if not file.is_file():
             _build(file)
-        return Kernel(file)
-    except (OSError, RuntimeError, ValueError) as error:
+        try:
+            return Kernel(file)
+        except (OSError, AttributeError) as error:  # cut short or something else: made anew, or every later run would be slow
+            _log.info("%s cannot be loaded, so it is compiled anew: %s", file, error)
+            _build(file)
+            return Kernel(file)
+    except (OSError, AttributeError, RuntimeError, ValueError) as error:
         _log.warning("no compiled kernel: %s", error)
         return " ".join(str(error).split())
 
