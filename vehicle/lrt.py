@@ -33,7 +33,7 @@ INTERNAL_STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 EQUATIONS = """\
 m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M        each body in its track frame
 I_y W' = r Fx + Mz sin(delta)                                               each wheel
-J_b w' = M_springs                                                          each bogie about its pivot
+J_b w' = M_springs + M_pivot                                                each bogie about its pivot
 F of the tread by Hertz and the creep law, F of the flange by the rail's lateral stiffness and creep"""
 
 
@@ -91,6 +91,7 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
 
     account = {kind: ends[0].account[kind] + ends[1].account[kind] for kind in ends[0].account}
     account["kinetic_energy"] += m * ca.dot(body.v, body.v) / 2 + car_body.rotational_energy(s, body.omega, angles, rates)
+    account["damper_heat"] += car_body.pivot_heat(s, body.omega, rates)
     account["gravity_power"] += ca.dot(weight, body.v)
     outputs = ends[0].outputs | ends[1].outputs
     outputs |= {

@@ -70,6 +70,10 @@ DIMENSIONS = (
     parameter("primary_damping_y", 0.0, "N.s/m", "damping of one primary damper along y", source=TABLE, min=0.0, nominal=1e4),
     parameter("primary_damping_z", PRIMARY_DAMPING, "N.s/m", "damping of one primary damper along z", source=TABLE, min=0.0,
               nominal=1e4),
+    parameter("pivot_damping", 0.0, "N.m.s/rad", "yaw damper between a bogie frame and the car body", symbol="c_p",
+              source="Table 2: nothing acts between them", min=0.0, nominal=1e4),
+    parameter("pivot_inertance", 0.0, "kg.m2", "rotational inerter between a bogie frame and the car body", symbol="b_p",
+              source="Table 2: nothing acts between them", min=0.0, nominal=1e3),
     parameter("drive_gain", 20000.0, "N.s/m", "drive force per lack of speed, half at each axle; the drive also carries the "
               "rolling drag of straight track", source="ours: holds the speed within 0.05 m/s against 1 kN", min=0.0),
     parameter("drive_on", 1.0, "1", "1: the drive holds the speed, 0: the vehicle rolls freely", source="ours", min=0.0, max=1.0),

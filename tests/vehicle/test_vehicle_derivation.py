@@ -66,8 +66,9 @@ def test_track_frames_seen_from_one_another(vehicle: Component) -> None:
         assert rotation < 1e-14
 
 
-def test_second_derivation_agrees_to_rounding(vehicle: Component) -> None:
-    s = {v.name: ca.SX(v.start) for v in vehicle.parameters}
+@pytest.mark.parametrize("pivot", [{}, {"pivot_damping": 7e3, "pivot_inertance": 300.0}], ids=["pivot", "damper and inerter"])
+def test_second_derivation_agrees_to_rounding(vehicle: Component, pivot: dict[str, float]) -> None:
+    s = {v.name: ca.SX(pivot.get(v.name, v.start)) for v in vehicle.parameters}
     q, dq, ddq = ca.SX.sym("q", N_Q), ca.SX.sym("dq", N_Q), ca.SX.sym("ddq", N_Q)
     half = float(s["pivot_spacing"]) / 2
     m_body, h_body = car_body.masses(s)
@@ -129,6 +130,7 @@ def test_second_derivation_agrees_to_rounding(vehicle: Component) -> None:
         return ca.jtimes(value, q, dq) + ca.jtimes(value, dq, ddq)
 
     balance = -ca.gradient(power, dq)
+    balance[18:20] += s["pivot_damping"] * dq[18:20] + s["pivot_inertance"] * ddq[18:20]
     for m, inertia, v, w, w_axes in parts:
         balance += ca.jacobian(v, dq).T @ (m * rate(v))
         balance += ca.jacobian(w, dq).T @ (inertia * rate(w) + ca.cross(w_axes, inertia * w))

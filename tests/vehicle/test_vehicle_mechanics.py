@@ -37,7 +37,8 @@ class Inside:
         self.x_dot = ca.vertcat(*(self.rates[v.name] for v in self.component.states))
         values = self.component.start_parameters.copy()
         names = [v.name for v in self.component.parameters]
-        for name, value in TWISTED.parameters(knots=6).items():
+        pivots = {"pivot_damping": 7e3, "pivot_inertance": 300.0}  # so that their terms are in every balance
+        for name, value in (TWISTED.parameters(knots=6) | pivots).items():
             values[names.index(name)] = value
         self.p = values
 
