@@ -14,8 +14,9 @@ from .contact import hertz_patch
 from .creep_laws import Patch, creep_law
 from .kalker import Coefficients
 from .lrt_parameters import vehicle_parameters
+from .wheelset import sprung_wheelset
 
-__all__ = ["reduced_values"]
+__all__ = ["reduced_values", "wheelset_values"]
 
 
 def reduced_values(values: Mapping[str, float], law: str = "polach") -> dict[str, float]:
@@ -71,3 +72,36 @@ def reduced_values(values: Mapping[str, float], law: str = "polach") -> dict[str
         "f23": float(slopes[1, 2]),
         "f33": float(slopes[2, 2]),
     }  # fmt: skip
+
+
+def wheelset_values(values: Mapping[str, float]) -> dict[str, float]:
+    """Compute what `gyro_cosim.railway.yaw_impedance.SprungWheelset` needs, by its names.
+
+    Kalker's coefficients at rest: the tread is nearly flat. The patch is that of the vehicle's equations.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Parameters of `vehicle:wheelset` that differ from its table.
+
+    Returns
+    -------
+    dict of str to float
+        `mass` (kg), `yaw_inertia` (kg m2), `lateral_stiffness` (N/m), `yaw_stiffness` (N m), `lateral_creep` (N),
+        `yaw_creep` (N m2), `steering` (N).
+    """
+    s = {v.name: v.start for v in sprung_wheelset().parameters} | dict(values)
+    r0, b, load = s["rolling_radius"], s["contact_half_distance"], s["axle_load"] / 2
+    radius = 2 / (1 / r0 + 1 / s["rail_crown_radius"])
+    axis = hertz_patch(load, radius, inf, radius, s["youngs_modulus"], s["poisson_ratio"]).a
+    G = s["youngs_modulus"] / (2 * (1 + s["poisson_ratio"]))
+    f11, f22 = (G * axis**2 * s[f"kalker_c{i}"] for i in (11, 22))
+    return {
+        "mass": s["wheelset_mass"],
+        "yaw_inertia": s["wheelset_izz"],
+        "lateral_stiffness": 2 * s["guide_stiffness_y"],
+        "yaw_stiffness": 2 * s["guide_stiffness_x"] * s["guide_half_spacing"] ** 2,
+        "lateral_creep": 2 * f22,
+        "yaw_creep": 2 * f11 * b**2 + 2 * G * axis**4 * s["kalker_c33"],
+        "steering": 2 * f11 * b * s["conicity"] / r0,
+    }
