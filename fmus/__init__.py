@@ -4,8 +4,9 @@
     export(component, "built")                                       # built/gyro_unit.linear.fmu, for this machine
     export(component, "built", fmi=("2", "3"), platforms=("all",))   # five platforms
 
-From component to file: table (variables and value references), code (C of the model; c/ holds the rest), compiler (libraries),
-description and description3 (modelDescription.xml), page, picture and reference (documentation), package (the zip file). The
+From component to file: table (variables and value references), code (C of the model; c/ holds the rest, its mathematics, too,
+whose polynomials the module of that name computes), compiler (libraries), description and description3 (modelDescription.xml),
+page, picture and reference (documentation), package (the zip file). The
 systems of the package, as .ssd files, stand in systems/. Public: `export` and `compiler.CompilerError`.
 """
 
