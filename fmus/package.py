@@ -15,7 +15,7 @@ from . import code, description, description3, page, picture, reference
 from .compiler import Platform, chosen, compile_libraries, universal
 from .table import Table
 
-__all__ = ["HEADERS", "SOURCES", "VERSIONS", "header_folder", "write"]
+__all__ = ["HEADERS", "SOURCES", "VERSIONS", "binaries", "header_folder", "write"]
 
 VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
 SOURCES = {"fmu.c": "-O3", "rhs_derivatives.c": "-O1", "output_derivatives.c": "-O1"}  # with the optimization of each
@@ -52,7 +52,7 @@ def write(component: Component, directory: Path, *, fmi: Sequence[str], platform
     written = []
     for version in fmi:
         members = {"modelDescription.xml": _description(version, table, identifier, token, sources)}
-        members |= _binaries(version, identifier, libraries)
+        members |= binaries(version, identifier, libraries)
         if sources:
             members |= {f"sources/{name}": content.encode() for name, content in sorted(files.items())}
             members["sources/buildDescription.xml"] = description3.build_description(identifier, list(SOURCES))
@@ -117,7 +117,7 @@ def _libraries(files: dict[str, str], name: str, targets: dict[Platform, bool]) 
         return compile_libraries(Path(scratch), SOURCES, name, targets)
 
 
-def _binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -> dict[str, bytes]:
+def binaries(version: str, identifier: str, libraries: dict[Platform, bytes]) -> dict[str, bytes]:
     """Members by path. FMI 2.0 has one folder for macOS; a library for both processors goes there."""
     members: dict[str, bytes] = {}
     macs = {p.name: data for p, data in libraries.items() if p.suffix == ".dylib"}

@@ -1,27 +1,77 @@
-"""cosim pack: a system as an .ssp file."""
+"""cosim pack: a system as an .ssp file, or as one FMU."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..coupling import Algorithm, algorithm
 from ..ssp.packing import pack
-from .common import AsJson, Gyro, SystemName, Values, chosen_system, say, writable
+from ..systems import System
+from .common import AsJson, Gyro, SystemName, Values, chosen_system, needs, say, seconds, writable
+from .export import VERSIONS
+from .settings import words
+
+AS_FMU = "--as-fmu"
 
 
 def command(
     system: SystemName,
     gyro: Gyro = None,
     set_: Values = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .ssp file; else SYSTEM.ssp")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .ssp file, else SYSTEM.ssp; of an FMU also a folder")
+    ] = None,
+    as_fmu: Annotated[bool, typer.Option(AS_FMU, help="one FMU for Co-Simulation that couples the components itself")] = False,
+    fmi: Annotated[str | None, typer.Option(metavar="2|3|both", help="FMI version of that FMU, else 2")] = None,
+    platform: Annotated[
+        str | None, typer.Option(metavar="host|all|NAMES", help="platforms that it runs on, else this machine's")
+    ] = None,
+    algorithm_: Annotated[
+        str | None, typer.Option("--algorithm", metavar="NAME", help="algorithm that it starts with, else jacobi")
+    ] = None,
+    degree: Annotated[
+        int | None, typer.Option("--degree", "--order", metavar="K", help="degree of the extrapolation, else 1")
+    ] = None,
+    sequence: Annotated[str | None, typer.Option(metavar="NAME,...", help="order of the components under gauss-seidel")] = None,
+    step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, else the system's")] = None,
+    sources: Annotated[
+        bool | None, typer.Option("--with-sources/--without-sources", help="ship the C sources inside, else they are")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Write a system with its FMUs and values as an .ssp file (SSP 1.0) that other tools run."""
+    """Write a system with its FMUs and values as an .ssp file (SSP 1.0) that other tools run, or as one FMU."""
+    of_fmu = {
+        "--fmi": fmi, "--platform": platform, "--algorithm": algorithm_, "--degree": degree, "--sequence": sequence,
+        "--step": step, "--with-sources": sources,
+    }  # fmt: skip
+    for option, given in of_fmu.items():
+        needs(option, given, AS_FMU, as_fmu)
     plan = chosen_system(system, gyro, set_)
-    file = output if output is not None else Path(f"{plan.name}.ssp")
-    if file.suffix != ".ssp":
-        raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
-    writable(file, lambda _: None)
-    pack(plan, file)
-    say(as_json, lambda: {"file": str(file), "components": [component.name for component in plan.components]}, f"wrote {file}")
+    if as_fmu:
+        chosen = algorithm(algorithm_ or "jacobi", 1 if degree is None else degree, words(sequence or ""))
+        files = _as_fmus(plan, output, fmi or "2", platform or "host", chosen, seconds(step, "--step"), sources is not False)
+    else:
+        files = [output if output is not None else Path(f"{plan.name}.ssp")]
+        if files[0].suffix != ".ssp":
+            raise ValueError(f"packed system must end in .ssp, got {str(files[0])!r}")
+        writable(files[0], lambda _: None)
+        pack(plan, files[0])
+    document = {"file": str(files[0]), "files": [str(f) for f in files], "components": [c.name for c in plan.components]}
+    say(as_json, lambda: document, *(f"wrote {file}" for file in files))
     return 0
+
+
+def _as_fmus(
+    plan: System, output: Path | None, fmi: str, platform: str, chosen: Algorithm, step: float | None, sources: bool
+) -> list[Path]:
+    from ..export import pack_fmu  # late: it loads the master
+
+    if fmi not in VERSIONS:
+        raise ValueError(f"--fmi must be 2, 3 or both, got {fmi!r}")
+    if output is not None and output.suffix == ".fmu":
+        writable(output, lambda _: None)
+    return pack_fmu(
+        plan, Path() if output is None else output, algorithm=chosen, step=step, fmi=VERSIONS[fmi],
+        platforms=words(platform), sources=sources,
+    )  # fmt: skip

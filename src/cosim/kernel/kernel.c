@@ -9,10 +9,15 @@
 #include <stdint.h>
 #ifdef _WIN32
 #include <windows.h>
-#define EXPORT __declspec(dllexport)
 #else
 #include <time.h>
+#endif
+#ifndef EXPORT /* it is static where this file is a part of another one, an FMU of a coupled system */
+#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
 #define EXPORT __attribute__((visibility("default")))
+#endif
 #endif
 
 /* Functions of FMI 2.0 and 3.0, by the types that they have in binary. */

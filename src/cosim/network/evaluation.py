@@ -64,6 +64,11 @@ class Evaluation:
             self._stages += stages
             self._joined += stages if joined & set(group) else []
 
+    @property
+    def exchange(self) -> tuple[int, ...]:
+        """The slaves in the order in which one round of settle() evaluates them."""
+        return tuple(i for stage in self._joined for i in stage.slaves)
+
     def recall(self, kept: Sequence[np.ndarray | None] = ()) -> None:
         """Put back what `kept` was; nothing is kept where nothing is said."""
         self.kept = tuple(kept) or (None,) * len(self.kept)

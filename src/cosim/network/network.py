@@ -193,6 +193,11 @@ class Network:
         """Whether a mapping table stands between two connectors."""
         return any(inputs.tables for inputs in self._inputs)
 
+    @property
+    def initial_exchange(self) -> tuple[int, ...]:
+        """The slaves in the order in which a round of initialization mode evaluates them, where there is no algebraic loop."""
+        return self._initial.exchange
+
     def initialize(self, t: float, stop: float) -> np.ndarray:
         """Start every slave at t (s); returns the first Y.
 

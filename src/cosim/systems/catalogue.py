@@ -8,6 +8,7 @@ import hashlib
 import os
 import platform
 import tempfile
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata, resources, util
@@ -189,6 +190,36 @@ def compiled(folder: Path, source: str, name: str) -> bytes:
         raise RuntimeError("no package that is installed offers a C compiler")
     library: bytes = entry.load()(folder, source, name)
     return library
+
+
+def linked(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, str]], platforms: Sequence[str]) -> Any:
+    """A library of a master with the FMUs that it calls, made by the installed exporter.
+
+    Parameters
+    ----------
+    name : str
+        Of the library.
+    master : mapping of str to str
+        C files by name.
+    parts : mapping of str to mapping of str to str
+        For each prefix of functions the sources of an FMU.
+    platforms : sequence of str
+        As the exporter takes them.
+
+    Returns
+    -------
+    gyro_cosim.fmus.linked.Linked
+        Sources and libraries.
+
+    Raises
+    ------
+    RuntimeError
+        There is no exporter that can, no compiler, or it refuses the code.
+    """
+    entry = next(iter(_entries("linkers")), None)
+    if entry is None:
+        raise RuntimeError("no package that is installed can link FMUs (install gyro-cosim anew)")
+    return entry.load()(name, master, parts, platforms)
 
 
 def compiler_id() -> str:

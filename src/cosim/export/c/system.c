@@ -1,0 +1,15 @@
+/* The file to compile: the inner loop, the coupled system around it, and the interfaces of FMI 2.0 and FMI 3.0. */
+
+#include "system.h"
+
+static int looks_back(const System *m);
+static void prepare_loop(System *m);
+
+#include "messages.c"
+#include "components.c"
+#include "outputs.c"
+#include "states.c"
+#include "cold.c"
+#include "steps.c"
+#include "values.c"
+#include "system_fmi2.c"
