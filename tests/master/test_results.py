@@ -14,7 +14,7 @@ from gyro_cosim import Connection, ConvergenceError, GaussSeidel, Iterated, Jaco
 from gyro_cosim.accuracy.monolith import Monolith
 from gyro_cosim.component import Component, build, input_, output, state
 from gyro_cosim.coupling import Algorithm, Newton
-from gyro_cosim.master import Options, open_network, run, stepping
+from gyro_cosim.master import Options, open_network, run, ways
 from gyro_cosim.master.adaptive import Adaptive
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.recording import Recorder, Recording
@@ -283,7 +283,7 @@ def test_results_do_not_depend_on_how_many_points_are_held(options: Options, mon
     plan = system("wheel-pair")
     whole = simulate(plan, step=1e-3, stop=0.15, options=options)
     assert whole.steps > 100
-    monkeypatch.setattr(stepping, "CHUNK_NUMBERS", 1)  # 16 points at once
+    monkeypatch.setattr(ways, "CHUNK_NUMBERS", 1)  # 16 points at once
     pieces = simulate(plan, step=1e-3, stop=0.15, options=options)
     assert pieces.trajectory.t.tobytes() == whole.trajectory.t.tobytes()
     assert pieces.trajectory.values.tobytes() == whole.trajectory.values.tobytes()

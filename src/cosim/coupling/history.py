@@ -39,7 +39,11 @@ class History:
 
     def push(self, t: float, Y: np.ndarray) -> "History":
         """With the newest point added, and what nothing needs forgotten."""
-        return History((t, *self.t[: MAX_DEGREE + 1]), (Y, *self.Y[: MAX_DEGREE + 1]), self.held)
+        return self.extended((t,), (Y,))
+
+    def extended(self, t: Sequence[float], Y: Sequence[np.ndarray]) -> "History":
+        """With points added, newest first, and what nothing needs forgotten."""
+        return History((*t, *self.t)[: MAX_DEGREE + 2], (*Y, *self.Y)[: MAX_DEGREE + 2], self.held)
 
     def polynomial(self, degree: int) -> np.ndarray:
         """C, shape (3, n_Y): value and derivatives at the newest point of the polynomial through the newest degree + 1."""

@@ -7,13 +7,15 @@ import ctypes
 from functools import lru_cache
 from typing import Any
 
-# Columns of the table of slaves, int64. n_u counts connected inputs, which stand one after another from `first` on.
+# Columns of the table of slaves, int64. n_u counts connected inputs, which stand one after another from `first` on; n_y the
+# outputs that are asked for, y_refs, the first n_polled of them in every step; their places in Y stand from y_first on in
+# Plan.places, and follow one another where `direct`. feeds, feeds_polled: whether one of them depends on a connected input.
 COLUMNS = (
     "instance", "set_real", "get_real", "do_step", "set_derivatives", "u_refs", "y_refs", "du_refs", "du_orders", "no_set_state",
-    "n_u", "n_y", "y_start", "first", "degree", "feeds_through", "version", "told", "finish",
+    "n_u", "n_y", "n_polled", "y_first", "direct", "first", "degree", "feeds", "feeds_polled", "version", "told", "finish",
 )  # fmt: skip
-(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, Y_START,
- FIRST, DEGREE, FEEDS_THROUGH, VERSION, TOLD, FINISH) = range(len(COLUMNS))  # fmt: skip
+(INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, N_POLLED,
+ Y_FIRST, DIRECT, FIRST, DEGREE, FEEDS, FEEDS_POLLED, VERSION, TOLD, FINISH) = range(len(COLUMNS))  # fmt: skip
 CALLS = {
     2: ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal"),
     3: ("", "fmi3SetFloat64", "", "fmi3DoStep", "fmi3GetFloat64"),

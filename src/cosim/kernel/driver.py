@@ -2,7 +2,6 @@
 
 import ctypes
 import time
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -14,6 +13,7 @@ from ..errors import SlaveError
 from ..network import Network
 from ..slaves.fmi.raw import RawFmu, raw_access
 from . import ctypes_calls, loop, native
+from .energy import Bonds, Sums
 
 TIMED = 64  # the compiled loop times one step in so many: the clock takes as long as a small FMU's step
 _FINISH = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, ctypes.c_double, ctypes.c_int)
@@ -24,15 +24,23 @@ class FastLoop:
     """The inner loop on a network of FMUs under Jacobi, NEPCE or Gauss-Seidel.
 
     Y, t, h : buffers of outputs, times and steps, whose rows before `row` hold the history when march() is called.
-    used : shape (rows, 2 bonds, 3), the inputs of the power bonds that each step followed.
-    kernel : the compiled kernel; None: loop.march, as Python runs it.
+    whole : bytes, of which rows all outputs that are asked for are read: those of `recorded`, places in Y; of the others
+    those alone that are coupled or end the run.
+    used : shape (rows, 2 bonds, 3), the inputs of the power bonds that each step followed; only the plain loop keeps them.
+    kernel : the compiled kernel, which sums the energy of `bonds` itself; None: loop.march, as Python runs it.
+
+    polled, asked : ndarray of int, places in Y that are read in every step, and in whole rows.
     """
 
     def __init__(
-        self, network: Network, algorithm: Algorithm, Y: np.ndarray, t: np.ndarray, h: np.ndarray, used: np.ndarray,
-        kernel: native.Kernel | None,
+        self, network: Network, algorithm: Algorithm, Y: np.ndarray, t: np.ndarray, h: np.ndarray, whole: np.ndarray,
+        used: np.ndarray, recorded: np.ndarray, bonds: Bonds, kernel: native.Kernel | None,
     ) -> None:  # fmt: skip
         self._network = network
+        stops = np.array([network.place(stop.signal) for stop in network.system.stop_when], dtype=np.int64)
+        self.polled = np.unique(np.concatenate([network.coupled, bonds.signals, stops]))
+        self.asked = np.union1d(self.polled, recorded)
+        outputs = [self._in_order(part) for part in network.slices]
         sequential = isinstance(algorithm, GaussSeidel)
         sequence = network.sequence(algorithm.sequence) if isinstance(algorithm, GaussSeidel) else range(len(network.slaves))
         n = len(network.slaves)
@@ -42,26 +50,27 @@ class FastLoop:
         bond_inputs = [place for bond in network.bonds for place in (bond.motion_input, bond.effort_input)]
         self._plan = loop.Plan(
             slaves=np.zeros((n, len(ctypes_calls.COLUMNS)), dtype=np.int64),
+            places=np.concatenate(outputs),
             source=np.array([w[0] for w in joined], dtype=np.int64),
             scale=np.array([w[2] for w in joined], dtype=float),
-            offset=np.array([w[3] for w in joined], dtype=float),
+            offset=np.array([w[3] for w in joined], dtype=float) + 0.0,  # not -0.0, which would leave a -0.0 as it is
             fresh=np.zeros(len(joined), dtype=np.int64),
             sequence=np.array(sequence, dtype=np.int64),
             exchange=np.array(network.order, dtype=np.int64),
-            stops=np.array([network.place(stop.signal) for stop in network.system.stop_when], dtype=np.int64),
+            stops=stops,
             above=np.array([stop.above for stop in network.system.stop_when], dtype=float),
             bond_inputs=np.zeros((len(bond_inputs), 3), dtype=np.int64),
-            pointers=np.zeros(3, dtype=np.int64),
+            pointers=np.zeros(4, dtype=np.int64),
             degree=algorithm.degree,
             sequential=sequential,
             missed=MISSED[algorithm.degree] if isinstance(algorithm, Nepce) else 0.0,
         )
         told = np.zeros((n, 16), dtype=np.uint8)
         self._data = loop.Data(
-            Y=Y, t=t, h=h, used=used,
+            Y=Y, t=t, h=h, whole=whole, used=used,
             u=np.zeros(len(joined) + 1), du=np.zeros(2 * len(joined) + 1), kept=np.zeros(len(joined) + 1),
-            orders=np.zeros(n, dtype=np.int64), told=told, reached=told.view(float), due=np.full(n, np.inf), spent=np.zeros(n),
-            failure=np.zeros(3, dtype=np.int64),
+            read=np.zeros(max(map(len, outputs), default=0) + 1), orders=np.zeros(n, dtype=np.int64), told=told,
+            reached=told.view(float), due=np.full(n, np.inf), spent=np.zeros(n), failure=np.zeros(3, dtype=np.int64),
         )  # fmt: skip
         if sequential:
             turn = np.empty(n, dtype=int)
@@ -81,10 +90,12 @@ class FastLoop:
             self._raws.append(fmu)
             n_u, places = len(slave.inputs), np.array([w[1] for w in wires[i]], dtype=np.int64)
             later = np.concatenate([places, n_u + places])
-            references = (fmu.u_refs[places], fmu.du_refs[later], fmu.du_orders[later])
+            mine = outputs[i] - network.slices[i].start
+            references = (fmu.u_refs[places], fmu.du_refs[later], fmu.du_orders[later], fmu.y_refs[mine])
             self._kept_alive += references
-            u_refs, du_refs, du_orders = (r.ctypes.data for r in references)
-            feeds_through = bool(slave.description.feedthrough[:, places].any())
+            u_refs, du_refs, du_orders, y_refs = (r.ctypes.data for r in references)
+            feeds = slave.description.feedthrough[np.ix_(mine, places)].any(axis=1)
+            n_polled = int(np.isin(outputs[i], self.polled).sum())
             self._connected.append(slice(first[i], first[i] + len(places)))
             finish = 0
             if fmu.due is not None:
@@ -93,9 +104,10 @@ class FastLoop:
                 self._kept_alive.append(callback)
                 finish = ctypes.cast(callback, ctypes.c_void_p).value or 0
             self._plan.slaves[i] = (
-                fmu.instance, fmu.set_real, fmu.get_real, fmu.do_step, fmu.set_derivatives, u_refs, fmu.y_refs.ctypes.data,
-                du_refs, du_orders, fmu.no_set_state, len(places), len(slave.outputs), network.slices[i].start, first[i],
-                slave.description.input_degree, feeds_through, fmu.version, told[i].ctypes.data, finish,
+                fmu.instance, fmu.set_real, fmu.get_real, fmu.do_step, fmu.set_derivatives, u_refs, y_refs, du_refs, du_orders,
+                fmu.no_set_state, len(places), mine.size, n_polled, sum(map(len, outputs[:i])), bool((np.diff(mine) == 1).all()),
+                first[i], slave.description.input_degree, bool(feeds.any()), bool(feeds[:n_polled].any()), fmu.version,
+                told[i].ctypes.data, finish,
             )  # fmt: skip
             others = np.setdiff1d(np.arange(n_u), places)
             if others.size:
@@ -104,14 +116,24 @@ class FastLoop:
                     fmu.version, fmu.set_real, fmu.instance, refs.ctypes.data, others.size, values.ctypes.data
                 )
                 fmu.check(status, ctypes_calls.CALLS[fmu.version][1], float(t[0]), 0.0)
-        self._plan.pointers[:] = [buffer.ctypes.data for buffer in (self._data.u, self._data.du, self._data.Y)]
-        self._march: Callable[[int, int, int], int] = partial(loop.march, self._plan, self._data)
-        self._timed_every = 1
-        if kernel is not None:
-            self._march, self._timed_every = kernel.loop(self._plan, self._data), TIMED
+        self._plan.pointers[:] = [b.ctypes.data for b in (self._data.u, self._data.du, self._data.Y, self._data.read)]
+        self._kernel = None if kernel is None else kernel.loop(self._plan, self._data, bonds)
 
-    def march(self, row: int, rows: int) -> tuple[int, np.ndarray, bool]:
+    @property
+    def meters(self) -> bool:
+        """Whether march() adds to the sums of energy that it is given."""
+        return self._kernel is not None
+
+    def _in_order(self, part: slice) -> np.ndarray:
+        """The outputs of one slave that are asked for, as places in Y: those that are read in every step first."""
+        mine = self.asked[(self.asked >= part.start) & (self.asked < part.stop)]
+        polled = np.isin(mine, self.polled)
+        return np.concatenate([mine[polled], mine[~polled]])
+
+    def march(self, row: int, rows: int, past: np.ndarray, before: float, sums: Sums) -> tuple[int, np.ndarray, bool]:
         """`rows` macro steps after row `row` of the buffers, fewer where a stop condition holds or something fails.
+
+        past, before, sums : see energy.accumulate; left alone unless `meters`.
 
         Returns how many were done, the seconds that each slave has spent in steps, shape (n_slaves,), and whether a stop
         condition has ended it. Where fewer were done for another reason, failure() tells it.
@@ -119,13 +141,12 @@ class FastLoop:
         data = self._data
         data.failure[:], data.spent[:] = 0, 0.0
         began = time.perf_counter()
-        done = self._march(row, rows, self._timed_every)
+        if self._kernel is not None:
+            done = self._kernel(row, rows, TIMED, past, before, sums)
+        else:
+            done = loop.march(self._plan, data, row, rows, 1)
         took, inside = time.perf_counter() - began, float(data.spent.sum())
         share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
-        reached = data.Y[row + 1 : row + 1 + min(done + 1, rows)]  # with the row that a march that stopped has begun
-        if done < rows or not np.isfinite(reached).all():
-            bad = ~np.isfinite(reached).all(axis=1)
-            done = min(done, int(np.argmax(bad))) if bad.any() else done
         ended = done > 0 and bool(np.any(data.Y[row + done, self._plan.stops] > self._plan.above))
         return done, share * data.spent, ended
 
@@ -156,7 +177,7 @@ class FastLoop:
     def _explain(self, row: int) -> None:
         t, h = float(self._data.t[row]), float(self._data.h[row + 1])
         i, call, status = (int(x) for x in self._data.failure)
-        infinite = np.flatnonzero(~np.isfinite(self._data.Y[row + 1]))
+        infinite = self.asked[~np.isfinite(self._data.Y[row + 1, self.asked])]
         if not infinite.size:
             fmu = self._raws[i]
             if self._error is not None:

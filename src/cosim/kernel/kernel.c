@@ -1,6 +1,7 @@
 /* The inner loop for FMUs under Jacobi, NEPCE and Gauss-Seidel, and the energy meter's arithmetic.
-   loop.py and energy.py beside this file are the definition: they say what each array means, and this file repeats them
-   operation by operation, so that all give the same bits (compile without contraction of operations). A test holds them to it. */
+   loop.py and energy.py beside this file are the definition: they say what each array means and each function does, and this
+   file repeats them operation by operation, so that all give the same bits (compile without contraction of operations). A test
+   holds them to it. Here the march meters each step's energy itself, while the FMUs' next calls wait for memory. */
 
 #define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include <float.h>
@@ -31,13 +32,13 @@ typedef int Finish(double t, double h, int begun);
 /* A row of the table of slaves: ctypes_calls.COLUMNS, each an int64. */
 typedef struct {
     int64_t instance, set_real, get_real, do_step, set_derivatives, u_refs, y_refs, du_refs, du_orders, no_set_state, n_u, n_y,
-        y_start, first, degree, feeds_through, version, told, finish;
+        n_polled, y_first, direct, first, degree, feeds, feeds_polled, version, told, finish;
 } Slave;
 
 /* loop.Plan and loop.Data. */
 typedef struct {
     const Slave *slaves;
-    const int64_t *source;
+    const int64_t *places, *source;
     const double *scale, *offset;
     const int64_t *fresh, *sequence, *exchange, *stops;
     const double *above;
@@ -47,13 +48,24 @@ typedef struct {
 } Plan;
 
 typedef struct {
-    double *Y, *t, *h, *used, *u, *du, *kept;
+    double *Y, *t, *h;
+    const uint8_t *whole;
+    double *used, *u, *du, *kept, *read;
     int64_t *orders;
     uint8_t *told;
     double *reached, *due, *spent;
     int64_t *failure;
     int64_t n_Y;
 } Data;
+
+/* energy.Bonds, energy.Sums and what energy.accumulate knows of the points before. */
+typedef struct {
+    const int64_t *signals;
+    const double *inverse, *offset, *factor;
+    double *residual, *exchanged, *peak, *past; /* past: 3 points, newest first */
+    double *before;                             /* length of the step before, s */
+    int64_t n_bonds, known;                     /* points in past */
+} Meter;
 
 enum { SET = 1, SET_DERIVATIVES, DO_STEP, GET };
 
@@ -75,58 +87,45 @@ static int move(const Slave *s, int64_t address, int64_t references, int64_t n, 
     return ((Values2 *)(intptr_t)address)((void *)(intptr_t)s->instance, refs, (size_t)n, values);
 }
 
-static int failed(const Data *d, int64_t i, int64_t call, int status) {
-    if (status <= 1) return 0;
-    d->failure[0] = i, d->failure[1] = call, d->failure[2] = status;
-    return 1;
-}
-
-/* The inputs of slave i over the step after row r; 0 where an output that they come from is not finite. */
-static int extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, double step, double s1, double s2) {
+static void extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, double step, double s1, double s2) {
     const Slave *s = &p->slaves[i];
     const int64_t u0 = s->first, n_u = s->n_u, n_Y = d->n_Y;
     const double *now = d->Y + r * n_Y, *next = now + n_Y, *before = now - n_Y, *older = before - n_Y;
-    if (p->degree == 0) {
-        for (int64_t q = u0; q < u0 + n_u; q++) {
-            double y0 = (p->fresh[q] ? next : now)[p->source[q]];
-            if (!(fabs(y0) <= DBL_MAX)) return 0;
-            if (p->missed > 0.0) y0 = y0 + p->missed * (y0 - before[p->source[q]]);
-            d->u[q] = y0 * p->scale[q] + p->offset[q];
-        }
-        return 1;
-    }
     for (int64_t j = 0; j < n_u; j++) {
-        const int64_t q = u0 + j, c = p->source[q];
-        const double y0 = now[c];
+        const int64_t q = u0 + j, at = p->source[q];
+        const double y0 = now[at], scale = p->scale[q], offset = p->offset[q];
         double value = y0, slope, curvature = 0.0;
-        if (!(fabs(y0) <= DBL_MAX)) return 0;
+        if (p->degree == 0) {
+            if (p->fresh[q]) value = next[at];
+            if (p->missed > 0.0) value = value + p->missed * (value - before[at]);
+            d->u[q] = value * scale + offset;
+            continue;
+        }
         if (p->fresh[q] > 0) {
-            const double yn = next[c];
-            if (!(fabs(yn) <= DBL_MAX)) return 0;
-            const double a = (y0 - yn) / (0.0 - step);
+            const double yn = next[at], a = (y0 - yn) / (0.0 - step);
             value = yn - a * step, slope = a;
             if (p->degree > 1) {
-                const double b = ((before[c] - y0) / (s1 - 0.0) - a) / (s1 - step);
+                const double b = ((before[at] - y0) / (s1 - 0.0) - a) / (s1 - step);
                 value = yn - a * step + b * (step * 0.0);
                 slope = a - b * (step + 0.0);
                 curvature = 2.0 * b;
             }
         } else {
-            const double a = (before[c] - y0) / s1;
+            const double a = (before[at] - y0) / s1;
             slope = a;
             if (p->degree > 1) {
-                const double b = ((older[c] - before[c]) / (s2 - s1) - a) / s2;
+                const double b = ((older[at] - before[at]) / (s2 - s1) - a) / s2;
                 slope = a - b * s1;
                 curvature = 2.0 * b;
             }
         }
         if (p->missed > 0.0) {
-            const double first = y0 - before[c], second = before[c] - older[c];
+            const double first = y0 - before[at], second = before[at] - older[at];
             double difference = first - second;
-            if (p->degree > 1) difference = difference - (second - (older[c] - older[c - n_Y]));
+            if (p->degree > 1) difference = difference - (second - (older[at] - older[at - n_Y]));
             value = value + p->missed * difference;
         }
-        value = value * p->scale[q] + p->offset[q], slope = slope * p->scale[q], curvature = curvature * p->scale[q];
+        value = value * scale + offset, slope = slope * scale + 0.0, curvature = curvature * scale + 0.0;
         if (s->degree < 2) {
             value -= curvature * (step * step / 12);
             slope += curvature * (step / 2);
@@ -142,14 +141,23 @@ static int extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, doubl
             else if (slope != 0.0 && d->orders[i] < 1) d->orders[i] = 1;
         }
     }
+}
+
+static int failed(const Data *d, int64_t i, int64_t call, int status) {
+    if (status <= 1) return 0;
+    d->failure[0] = i, d->failure[1] = call, d->failure[2] = status;
     return 1;
 }
 
-/* Gives slave i its inputs. */
+static int give(const Plan *p, const Data *d, int64_t i) {
+    const Slave *s = &p->slaves[i];
+    return !failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first));
+}
+
 static int send(const Plan *p, const Data *d, int64_t i) {
     const Slave *s = &p->slaves[i];
     if (s->n_u == 0) return 1;
-    if (failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first))) return 0;
+    if (!give(p, d, i)) return 0;
     if (d->orders[i] == 0) return 1;
     const int status = ((Derivatives2 *)(intptr_t)s->set_derivatives)(
         (void *)(intptr_t)s->instance, (const uint32_t *)(intptr_t)s->du_refs, (size_t)(d->orders[i] * s->n_u),
@@ -157,7 +165,6 @@ static int send(const Plan *p, const Data *d, int64_t i) {
     return !failed(d, i, SET_DERIVATIVES, status);
 }
 
-/* Steps slave i from t over h (s). */
 static int advance(const Plan *p, const Data *d, int64_t i, double t, double h) {
     const Slave *s = &p->slaves[i];
     int status;
@@ -177,103 +184,115 @@ static int advance(const Plan *p, const Data *d, int64_t i, double t, double h) 
     return !failed(d, i, DO_STEP, status);
 }
 
-/* Reads the outputs of slave i into row r. */
-static int receive(const Plan *p, const Data *d, int64_t i, int64_t r) {
+static int receive(const Plan *p, const Data *d, int64_t i, int64_t r, int whole) {
     const Slave *s = &p->slaves[i];
-    return !failed(d, i, GET, move(s, s->get_real, s->y_refs, s->n_y, d->Y + r * d->n_Y + s->y_start));
+    const int64_t n = whole ? s->n_y : s->n_polled, *places = p->places + s->y_first;
+    double *row = d->Y + r * d->n_Y;
+    int good = 1;
+    if (n == 0) return 1;
+    double *read = s->direct ? row + places[0] : d->read;
+    if (failed(d, i, GET, move(s, s->get_real, s->y_refs, n, read))) return 0;
+    for (int64_t j = 0; j < n; j++) good &= fabs(read[j]) <= DBL_MAX;
+    if (!s->direct)
+        for (int64_t j = 0; j < n; j++) row[places[j]] = read[j];
+    return good;
 }
 
-/* loop.march: macro steps from row `row` of Y to row + rows; returns how many were done. */
-EXPORT int64_t march(const Plan *p, const Data *d, int64_t row, int64_t rows, int64_t timed_every) {
+static int receive_stepped(const Plan *p, const Data *d, int64_t i, int64_t r, double h, int whole) {
+    const Slave *s = &p->slaves[i];
+    const int64_t u0 = s->first, n_u = s->n_u;
+    if (!(whole ? s->feeds : s->feeds_polled)) return receive(p, d, i, r, whole);
+    for (int64_t j = 0; j < n_u; j++) {
+        const int64_t q = u0 + j;
+        d->kept[q] = d->u[q];
+        d->u[q] = d->u[q] + h * (d->du[2 * u0 + j] + h * d->du[2 * u0 + n_u + j] / 2);
+    }
+    const int good = give(p, d, i);
+    for (int64_t q = u0; q < u0 + n_u; q++) d->u[q] = d->kept[q];
+    return good && receive(p, d, i, r, whole);
+}
+
+static int exchange(const Plan *p, const Data *d, int64_t r, int whole, int again) {
+    const double *row = d->Y + r * d->n_Y;
+    for (int64_t turn = 0; turn < p->n_slaves; turn++) {
+        const int64_t i = p->exchange[turn];
+        const Slave *s = &p->slaves[i];
+        const int feeds = (whole ? s->feeds : s->feeds_polled) != 0;
+        if (feeds) {
+            for (int64_t q = s->first; q < s->first + s->n_u; q++) d->u[q] = row[p->source[q]] * p->scale[q] + p->offset[q];
+            if (!give(p, d, i)) return 0;
+        }
+        if ((feeds || again) && !receive(p, d, i, r, whole)) return 0;
+    }
+    return 1;
+}
+
+/* energy.accumulate for one step that reached Y under the inputs `used`. */
+static void meter_step(Meter *m, const double *Y, double step, const double *used) {
+    const int64_t width = 2 * m->n_bonds;
+    const int uneven = fabs(step - *m->before) > 1e-9 * step;
+    for (int64_t b = 0; b < m->n_bonds; b++) {
+        double *p1 = m->past + 2 * b, *p2 = p1 + width, *p3 = p2 + width;
+        const double w1 = p1[0], M1 = p1[1], w2 = p2[0], M2 = p2[1], w3 = p3[0], M3 = p3[1];
+        const double w = Y[m->signals[2 * b]], M = Y[m->signals[2 * b + 1]], factor = m->factor[b];
+        const double c_w = m->inverse[2 * b], c_M = m->inverse[2 * b + 1];
+        double w_half, M_half, highest = m->peak[b];
+        if (m->known >= 3 && !uneven) {
+            w_half = (5 * w + 15 * w1 - 5 * w2 + w3) / 16, M_half = (5 * M + 15 * M1 - 5 * M2 + M3) / 16;
+        } else if (m->known == 2 && !uneven) {
+            w_half = (3 * w + 6 * w1 - w2) / 8, M_half = (3 * M + 6 * M1 - M2) / 8;
+        } else {
+            w_half = (w + w1) / 2, M_half = (M + M1) / 2;
+        }
+        const double *of_w = used + 6 * b, *of_M = of_w + 3;
+        const double u_w = of_w[0] - m->offset[2 * b], u_M = of_M[0] - m->offset[2 * b + 1], half = step / 2;
+        const double s_w = of_w[1], s_M = of_M[1], q_w = of_w[2] / 2, q_M = of_M[2] / 2;
+        const double start = (u_M * c_M * w1 - M1 * (u_w * c_w)) * factor;
+        const double middle =
+            ((u_M + half * (s_M + half * q_M)) * c_M * w_half - M_half * ((u_w + half * (s_w + half * q_w)) * c_w)) * factor;
+        const double end = ((u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)) * factor;
+        m->residual[b] += step / 6 * (start + 4 * middle + end);
+        m->exchanged[b] += step / 6 * (fabs(M1 * w1 * factor) + 4 * fabs(M_half * w_half * factor) + fabs(M * w * factor));
+        if (fabs(start) > highest) highest = fabs(start); /* fmax() is a call */
+        if (fabs(middle) > highest) highest = fabs(middle);
+        if (fabs(end) > highest) highest = fabs(end);
+        m->peak[b] = highest;
+        p3[0] = w2, p3[1] = M2, p2[0] = w1, p2[1] = M1, p1[0] = w, p1[1] = M;
+    }
+    *m->before = step;
+    if (m->known < 3) m->known++;
+}
+
+EXPORT int64_t march(const Plan *p, const Data *d, Meter *meter, int64_t row, int64_t rows, int64_t timed_every) {
+    double *used = d->used; /* of one step: the meter takes them over at once */
     for (int64_t k = 0; k < rows; k++) {
         const int64_t r = row + k;
-        const double step = d->h[r + 1], t0 = d->t[r];
-        const double s1 = p->degree > 0 ? d->t[r - 1] - t0 : 0.0, s2 = p->degree > 1 ? d->t[r - 2] - t0 : 0.0;
-        const int timed = timed_every > 0 && k % timed_every == 0;
+        const double h = d->h[r + 1], t = d->t[r];
+        const double s1 = p->degree > 0 ? d->t[r - 1] - t : 0.0, s2 = p->degree > 1 ? d->t[r - 2] - t : 0.0;
+        const int whole = d->whole[r + 1], timed = timed_every > 0 && k % timed_every == 0;
         for (int64_t turn = 0; turn < p->n_slaves; turn++) {
             const int64_t i = p->sequence[turn];
-            const Slave *s = &p->slaves[i];
-            if (!extrapolate(p, d, i, r, step, s1, s2) || !send(p, d, i)) return k;
+            extrapolate(p, d, i, r, h, s1, s2);
+            if (!send(p, d, i)) return k;
             const double began = timed ? seconds() : 0.0;
-            const int good = advance(p, d, i, t0, step);
+            const int good = advance(p, d, i, t, h);
             if (timed) d->spent[i] += (double)timed_every * (seconds() - began);
-            if (!good) return k;
-            if (!p->sequential) continue;
-            if (s->feeds_through) { /* as at the end of the step; the value at its start is put back for the record */
-                const int64_t u0 = s->first, n_u = s->n_u;
-                for (int64_t j = 0; j < n_u; j++) {
-                    const int64_t q = u0 + j;
-                    d->kept[q] = d->u[q];
-                    d->u[q] = d->u[q] + step * (d->du[2 * u0 + j] + step * d->du[2 * u0 + n_u + j] / 2);
-                }
-                const int status = move(s, s->set_real, s->u_refs, n_u, d->u + u0);
-                for (int64_t q = u0; q < u0 + n_u; q++) d->u[q] = d->kept[q];
-                if (failed(d, i, SET, status)) return k;
+            if (!good || (p->sequential && !receive_stepped(p, d, i, r + 1, h, whole))) return k;
+        }
+        for (int64_t q = 0; q < p->n_bond_inputs; q++) {
+            used[3 * q] = d->u[p->bond_inputs[3 * q]];
+            if (p->degree > 0) {
+                used[3 * q + 1] = d->du[p->bond_inputs[3 * q + 1]];
+                used[3 * q + 2] = d->du[p->bond_inputs[3 * q + 2]];
             }
-            if (!receive(p, d, i, r + 1)) return k;
         }
-        double *used = d->used + k * p->n_bond_inputs * 3;
-        for (int64_t q = 0; q < p->n_bond_inputs; q++, used += 3) {
-            used[0] = d->u[p->bond_inputs[3 * q]];
-            if (p->degree > 0) used[1] = d->du[p->bond_inputs[3 * q + 1]], used[2] = d->du[p->bond_inputs[3 * q + 2]];
-        }
+        if (!exchange(p, d, r + 1, whole, !p->sequential)) return k;
         const double *next = d->Y + (r + 1) * d->n_Y;
-        for (int64_t turn = 0; turn < p->n_slaves; turn++) {
-            const int64_t i = p->exchange[turn];
-            const Slave *s = &p->slaves[i];
-            if (s->feeds_through) {
-                for (int64_t q = s->first; q < s->first + s->n_u; q++) {
-                    const double y1 = next[p->source[q]];
-                    if (!(fabs(y1) <= DBL_MAX)) return k;
-                    d->u[q] = y1 * p->scale[q] + p->offset[q];
-                }
-                if (failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first))) return k;
-            }
-            if ((s->feeds_through || !p->sequential) && !receive(p, d, i, r + 1)) return k;
-        }
-        for (int64_t q = 0; q < p->n_stops; q++)
-            if (next[p->stops[q]] > p->above[q]) return k + 1;
+        int over = 0;
+        for (int64_t q = 0; q < p->n_stops; q++) over |= next[p->stops[q]] > p->above[q];
+        if (over && !whole && !exchange(p, d, r + 1, 1, 1)) return k;
+        meter_step(meter, next, h, used);
+        if (over) return k + 1;
     }
     return rows;
-}
-
-/* energy.accumulate: n steps that reached Y, n_past points before them; sums are added to in place. */
-EXPORT void accumulate(int64_t n_bonds, const int64_t *signals, const double *inverse, const double *offset, const double *factors,
-                       int64_t n_past, const double *past, int64_t n, int64_t n_Y, const double *Y, const double *h, double before,
-                       const double *used, double *residual, double *exchanged, double *peak) {
-    const int64_t width = 2 * n_bonds;
-    for (int64_t b = 0; b < n_bonds; b++) {
-        const int64_t motion = signals[2 * b], effort = signals[2 * b + 1];
-        const double factor = factors[b], c_w = inverse[2 * b], c_M = inverse[2 * b + 1], o_w = offset[2 * b], o_M = offset[2 * b + 1];
-        const double *p1 = past + (n_past - 1) * width + 2 * b, *p2 = past + (n_past - (n_past < 2 ? n_past : 2)) * width + 2 * b;
-        const double *p3 = past + 2 * b;
-        double w1 = p1[0], M1 = p1[1], w2 = p2[0], M2 = p2[1], w3 = p3[0], M3 = p3[1], last = before;
-        double sum_residual = residual[b], sum_exchanged = exchanged[b], highest = peak[b];
-        for (int64_t k = 0; k < n; k++) {
-            const double w = Y[k * n_Y + motion], M = Y[k * n_Y + effort], step = h[k];
-            const int uneven = fabs(step - last) > 1e-9 * step;
-            double w_half, M_half;
-            if (n_past + k >= 3 && !uneven) {
-                w_half = (5 * w + 15 * w1 - 5 * w2 + w3) / 16, M_half = (5 * M + 15 * M1 - 5 * M2 + M3) / 16;
-            } else if (n_past + k == 2 && !uneven) {
-                w_half = (3 * w + 6 * w1 - w2) / 8, M_half = (3 * M + 6 * M1 - M2) / 8;
-            } else {
-                w_half = (w + w1) / 2, M_half = (M + M1) / 2;
-            }
-            const double *of_w = used + (k * width + 2 * b) * 3, *of_M = of_w + 3;
-            const double u_w = of_w[0] - o_w, u_M = of_M[0] - o_M, half = step / 2;
-            const double s_w = of_w[1], s_M = of_M[1], q_w = of_w[2] / 2, q_M = of_M[2] / 2;
-            const double start = (u_M * c_M * w1 - M1 * (u_w * c_w)) * factor;
-            const double middle =
-                ((u_M + half * (s_M + half * q_M)) * c_M * w_half - M_half * ((u_w + half * (s_w + half * q_w)) * c_w)) * factor;
-            const double end = ((u_M + step * (s_M + step * q_M)) * c_M * w - M * ((u_w + step * (s_w + step * q_w)) * c_w)) * factor;
-            sum_residual += step / 6 * (start + 4 * middle + end);
-            sum_exchanged += step / 6 * (fabs(M1 * w1 * factor) + 4 * fabs(M_half * w_half * factor) + fabs(M * w * factor));
-            if (fabs(start) > highest) highest = fabs(start); /* fmax() is a call */
-            if (fabs(middle) > highest) highest = fabs(middle);
-            if (fabs(end) > highest) highest = fabs(end);
-            w3 = w2, w2 = w1, w1 = w, M3 = M2, M2 = M1, M1 = M, last = step;
-        }
-        residual[b] = sum_residual, exchanged[b] = sum_exchanged, peak[b] = highest;
-    }
 }

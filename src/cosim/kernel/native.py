@@ -21,11 +21,11 @@ __all__ = ["Kernel", "cached", "kernel"]
 SOURCE = "kernel.c"
 _log = logging.getLogger(__name__)
 _POINTER, _INTEGER, _DOUBLE = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-_ACCUMULATE: list[Any] = [
-    _INTEGER, *[_POINTER] * 4, _INTEGER, _POINTER, _INTEGER, _INTEGER, _POINTER, _POINTER, _DOUBLE, *[_POINTER] * 4,
-]  # fmt: skip
-_PLAN = ("slaves", "source", "scale", "offset", "fresh", "sequence", "exchange", "stops", "above", "bond_inputs")
-_DATA = ("Y", "t", "h", "used", "u", "du", "kept", "orders", "told", "reached", "due", "spent", "failure")
+_PLAN = ("slaves", "places", "source", "scale", "offset", "fresh", "sequence", "exchange", "stops", "above", "bond_inputs")
+_DATA = (
+    "Y", "t", "h", "whole", "used", "u", "du", "kept", "read", "orders", "told", "reached", "due", "spent", "failure",
+)  # fmt: skip
+_METER = ("signals", "inverse", "offset", "factor", "residual", "exchanged", "peak", "past", "before")
 
 
 class _Plan(ctypes.Structure):
@@ -44,43 +44,48 @@ class _Data(ctypes.Structure):
     _fields_ = [*((name, _POINTER) for name in _DATA), ("n_Y", _INTEGER)]
 
 
+class _Meter(ctypes.Structure):
+    """Meter of kernel.c."""
+
+    _fields_ = [*((name, _POINTER) for name in _METER), ("n_bonds", _INTEGER), ("known", _INTEGER)]
+
+
 class Kernel:
     """The functions of the library in `file`; OSError if it cannot be loaded."""
 
     def __init__(self, file: Path) -> None:
-        library = ctypes.CDLL(str(file))
-        self._march, self._accumulate = library.march, library.accumulate
-        self._march.argtypes, self._march.restype = (_POINTER, _POINTER, _INTEGER, _INTEGER, _INTEGER), _INTEGER
-        self._accumulate.argtypes, self._accumulate.restype = _ACCUMULATE, None
+        self._march = ctypes.CDLL(str(file)).march
+        self._march.argtypes, self._march.restype = (*[_POINTER] * 3, *[_INTEGER] * 3), _INTEGER
 
-    def loop(self, plan: Plan, data: Data) -> "Loop":
-        """loop.march for one plan and its data, whose arrays must live as long as it does."""
-        return Loop(self._march, plan, data)
-
-    def accumulate(
-        self, bonds: Bonds, past: np.ndarray, Y: np.ndarray, h: np.ndarray, before: float, used: np.ndarray, sums: Sums
-    ) -> None:
-        """energy.accumulate."""
-        arrays = [np.ascontiguousarray(array, dtype=float) for array in (past, Y, h, used)]
-        at_past, at_Y, at_h, at_used = (array.ctypes.data for array in arrays)
-        of_bonds, of_sums = ([array.ctypes.data for array in record] for record in (bonds, sums))
-        n_bonds = bonds.factor.size
-        self._accumulate(n_bonds, *of_bonds, len(past), at_past, len(h), Y.shape[1], at_Y, at_h, before, at_used, *of_sums)
+    def loop(self, plan: Plan, data: Data, bonds: Bonds) -> "Loop":
+        """loop.march and energy.accumulate for one plan and its data, whose arrays must live as long as it does."""
+        return Loop(self._march, plan, data, bonds)
 
 
 class Loop:
     """march() of kernel.c on one plan and its data."""
 
-    def __init__(self, function: Any, plan: Plan, data: Data) -> None:
-        self._function, self._kept = function, (plan, data)
+    def __init__(self, function: Any, plan: Plan, data: Data, bonds: Bonds) -> None:
+        self._function, self._kept = function, (plan, data, bonds)
         self._plan = _Plan(
             *(getattr(plan, name).ctypes.data for name in _PLAN), len(plan.slaves), plan.stops.size, len(plan.bond_inputs),
             plan.degree, plan.sequential, plan.missed,
         )  # fmt: skip
         self._data = _Data(*(getattr(data, name).ctypes.data for name in _DATA), data.Y.shape[1])
+        n_bonds = bonds.factor.size
+        self._sums, self._past, self._before = np.zeros((3, n_bonds)), np.zeros((3, 2 * n_bonds)), np.zeros(1)
+        arrays = (*bonds, *self._sums, self._past, self._before)
+        self._meter = _Meter(*(array.ctypes.data for array in arrays), n_bonds, 0)
+        self._records = [ctypes.byref(record) for record in (self._plan, self._data, self._meter)]
 
-    def __call__(self, row: int, rows: int, timed_every: int) -> int:
-        return int(self._function(ctypes.byref(self._plan), ctypes.byref(self._data), row, rows, timed_every))
+    def __call__(self, row: int, rows: int, timed_every: int, past: np.ndarray, before: float, sums: Sums) -> int:
+        """loop.march, with energy.accumulate on the steps that it does: `past` and `before` as there, `sums` are added to."""
+        known = self._meter.known = len(past)
+        self._past[:known], self._before[0], self._sums[:] = past[::-1], before, sums
+        done = int(self._function(*self._records, row, rows, timed_every))
+        for total, new in zip(sums, self._sums, strict=True):
+            total[:] = new
+        return done
 
 
 @lru_cache(maxsize=1)

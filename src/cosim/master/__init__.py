@@ -3,6 +3,7 @@
 simulation      a run from beginning to end
 results         what it was, and how it shows itself
 stepping        macro step after macro step
+ways            one step by the algorithm, many by the inner loop, steps that adapt
 state           what changes on the way, as one value
 time_grid       the communication points
 adaptive        macro steps that adapt

@@ -10,7 +10,7 @@ and between communication points M and w are interpolated through the last point
 Source: Sadjina et al., Energy conservation and power bonds in co-simulations (2016), who take dP at the end of the step.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,18 +76,22 @@ class EnergySums:
     past: np.ndarray
     step: float = 0.0
 
+    def copies(self) -> Sums:
+        """The sums, to be added to in place."""
+        return Sums(self.residual.copy(), self.exchanged.copy(), self.peak.copy())
+
 
 class EnergyMeter:
     """Sums the residual of every power bond of a network over macro steps.
 
-    accumulate : `kernel.energy.accumulate` compiled, for runs whose loop is compiled too; None for the same on whole arrays.
+    bonds : what the sums are of.
     """
 
-    def __init__(self, network: Network, accumulate: Callable[..., None] | None = None) -> None:
-        self._network, self._accumulate = network, accumulate
+    def __init__(self, network: Network) -> None:
+        self._network = network
         ends = [place for b in network.bonds for place in (b.motion_input, b.effort_input)]
         conversions = [next((a, c) for _, place, a, c in network.wires(i) if place == j) for i, j in ends]
-        self._bonds = Bonds(
+        self.bonds = Bonds(
             signals=np.array([k for b in network.bonds for k in (b.motion, b.effort)], dtype=np.int64),
             inverse=np.array([1.0 / scale for scale, _ in conversions]),
             offset=np.array([offset for _, offset in conversions]),
@@ -96,8 +100,8 @@ class EnergyMeter:
 
     def begin(self, Y: np.ndarray) -> EnergySums:
         """The sums at the start of a run, whose outputs are Y, shape (n_Y,)."""
-        none = np.zeros(self._bonds.factor.size)
-        return EnergySums(none, none, none, Y[None, self._bonds.signals])
+        none = np.zeros(self.bonds.factor.size)
+        return EnergySums(none, none, none, Y[None, self.bonds.signals])
 
     def add(self, sums: EnergySums, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> EnergySums:
         """The sums after n macro steps more.
@@ -113,19 +117,22 @@ class EnergyMeter:
         used : ndarray, shape (n, 2 n_bonds, 3)
             The inputs of the bonds, motion and effort of each in turn, that they followed.
         """
-        if not self._bonds.signals.size or not len(h):
+        if not self.bonds.signals.size or not len(h):
             return sums
-        new, before = Sums(sums.residual.copy(), sums.exchanged.copy(), sums.peak.copy()), sums.step or float(h[0])
-        if self._accumulate is not None:
-            self._accumulate(self._bonds, sums.past, Y, h, before, used, new)
-        else:
-            self._add_arrays(new, sums.past, Y, h, before, used)
-        past = np.concatenate([sums.past, Y[-3:, self._bonds.signals]])[-3:]
+        new, before = sums.copies(), sums.step or float(h[0])
+        self._add_arrays(new, sums.past, Y, h, before, used)
+        return self.after(sums, new, Y, h)
+
+    def after(self, sums: EnergySums, new: Sums, Y: np.ndarray, h: np.ndarray) -> EnergySums:
+        """The sums after the macro steps of add(), which have been added to `new`, copies of `sums`."""
+        if not self.bonds.signals.size or not len(h):
+            return sums
+        past = np.concatenate([sums.past, Y[-3:, self.bonds.signals]])[-3:]
         return EnergySums(new.residual, new.peak, new.exchanged, past, float(h[-1]))
 
     def _add_arrays(self, sums: Sums, past: np.ndarray, Y: np.ndarray, h: np.ndarray, before: float, used: np.ndarray) -> None:
         """kernel.energy.accumulate on whole arrays: the same operations in the same order, so the same bits."""
-        signals, inverse, offset, factor = self._bonds
+        signals, inverse, offset, factor = self.bonds
         known = len(past)
         Z = np.concatenate([past, Y[:, signals]])
         residuals, powers = [], []

@@ -24,7 +24,8 @@ class Recording:
     select : sequence of str
         Names of signals, or patterns of names, as trajectory.matching() reads them; empty: all.
     every : int
-        Keep every so many macro steps, and the last.
+        Keep every so many macro steps, and the last; where a component fails or ends the run, the last of these. The inner
+        loop asks for outputs that are neither coupled nor in a stop condition at these steps only.
     stream : Path, optional
         A .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
 
@@ -46,10 +47,14 @@ class Recording:
 
 
 class Recorder:
-    """Keeps rows as a Recording says. Row 0 is the start; the last row of a run is always kept."""
+    """Keeps rows as a Recording says. Row 0 is the start; the last row of a run is kept, too, unless it is forgotten.
+
+    every, columns : which rows, and which places in Y.
+    """
 
     def __init__(self, what: Recording, network: Network, steps: int) -> None:
         self._what, self._steps = what, steps
+        self.every = what.every
         self.columns = _selected(what.select, network.names)
         self.names = tuple(network.names[c] for c in self.columns)
         self.units = tuple(network.units[c] for c in self.columns)
@@ -79,6 +84,10 @@ class Recorder:
         self._keep(t[chosen], Y[chosen] if self._all else Y[chosen][:, self.columns])
         newest = k + t.size - 1
         self._last = (float(t[-1]), Y[-1, self.columns].copy()) if newest % self._what.every else None
+
+    def forget_last(self) -> None:
+        """Do not keep the newest row unless its turn has come."""
+        self._last = None
 
     def _keep(self, t: np.ndarray, rows: np.ndarray) -> None:
         self._write(t, rows)

@@ -180,7 +180,7 @@ def run(
         status, request = "ended", str(error)
     except RunError as error:
         status, failure = "failed", error
-    state, meter, recorder = stepper.finish()
+    state, meter, recorder = stepper.finish(cut_off=failure is not None or bool(request))
     loop = time.perf_counter() - set_up
     counts = network.counts()
     result = Run(

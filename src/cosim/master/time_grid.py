@@ -37,7 +37,9 @@ class TimeGrid:
 
     def times(self, k: np.ndarray) -> np.ndarray:
         """The same for many k, shape (m,)."""
-        return np.where(k == self.n, self.stop, self.start + k * self.step)
+        t = self.start + k * self.step
+        t[k == self.n] = self.stop
+        return t
 
     def length(self, k: int) -> float:
         """The length (s) of step k = 1, 2, ..., n."""

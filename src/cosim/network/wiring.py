@@ -191,12 +191,14 @@ class Inputs:
         self._template = np.vstack([start, np.zeros((2, start.size))])
 
     def of(self, C: np.ndarray) -> np.ndarray:
-        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3."""
+        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3. No -0.0 is in it: a derivative that is zero
+        must not differ from one that is not set."""
         part = C[:, self._source]
         if self._scaled:
             part = part * self._scale
+        part = part + 0.0  # not a view, either: the caller may keep it
         if self._whole:
-            return part.copy()  # never a view: the caller may keep it
+            return part
         U = self._template[: len(C)].copy()
         U[:, self._into] = part
         if self._shifted:
