@@ -149,7 +149,7 @@ static int failed(const Data *d, int64_t i, int64_t call, int status) {
     return 1;
 }
 
-static int give(const Plan *p, const Data *d, int64_t i) {
+static int give_inputs(const Plan *p, const Data *d, int64_t i) {
     const Slave *s = &p->slaves[i];
     return !failed(d, i, SET, move(s, s->set_real, s->u_refs, s->n_u, d->u + s->first));
 }
@@ -157,7 +157,7 @@ static int give(const Plan *p, const Data *d, int64_t i) {
 static int send(const Plan *p, const Data *d, int64_t i) {
     const Slave *s = &p->slaves[i];
     if (s->n_u == 0) return 1;
-    if (!give(p, d, i)) return 0;
+    if (!give_inputs(p, d, i)) return 0;
     if (d->orders[i] == 0) return 1;
     const int status = ((Derivatives2 *)(intptr_t)s->set_derivatives)(
         (void *)(intptr_t)s->instance, (const uint32_t *)(intptr_t)s->du_refs, (size_t)(d->orders[i] * s->n_u),
@@ -207,7 +207,7 @@ static int receive_stepped(const Plan *p, const Data *d, int64_t i, int64_t r, d
         d->kept[q] = d->u[q];
         d->u[q] = d->u[q] + h * (d->du[2 * u0 + j] + h * d->du[2 * u0 + n_u + j] / 2);
     }
-    const int good = give(p, d, i);
+    const int good = give_inputs(p, d, i);
     for (int64_t q = u0; q < u0 + n_u; q++) d->u[q] = d->kept[q];
     return good && receive(p, d, i, r, whole);
 }
@@ -220,7 +220,7 @@ static int exchange(const Plan *p, const Data *d, int64_t r, int whole, int agai
         const int feeds = (whole ? s->feeds : s->feeds_polled) != 0;
         if (feeds) {
             for (int64_t q = s->first; q < s->first + s->n_u; q++) d->u[q] = row[p->source[q]] * p->scale[q] + p->offset[q];
-            if (!give(p, d, i)) return 0;
+            if (!give_inputs(p, d, i)) return 0;
         }
         if ((feeds || again) && !receive(p, d, i, r, whole)) return 0;
     }
@@ -291,7 +291,7 @@ EXPORT int64_t march(const Plan *p, const Data *d, Meter *meter, int64_t row, in
         int over = 0;
         for (int64_t q = 0; q < p->n_stops; q++) over |= next[p->stops[q]] > p->above[q];
         if (over && !whole && !exchange(p, d, r + 1, 1, 1)) return k;
-        meter_step(meter, next, h, used);
+        if (meter) meter_step(meter, next, h, used);
         if (over) return k + 1;
     }
     return rows;

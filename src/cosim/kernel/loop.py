@@ -164,7 +164,7 @@ def failed(data: Data, i: int, call: int, status: int) -> bool:
     return status > 1
 
 
-def give(plan: Plan, data: Data, i: int) -> bool:
+def give_inputs(plan: Plan, data: Data, i: int) -> bool:
     """Set the connected inputs of slave i to what u holds. False where it fails, here and in all that follow."""
     of = plan.slaves[i]
     at = plan.pointers[0] + 8 * of[c.FIRST]
@@ -176,7 +176,7 @@ def send(plan: Plan, data: Data, i: int) -> bool:
     of = plan.slaves[i]
     if of[c.N_U] == 0:
         return True
-    if not give(plan, data, i):
+    if not give_inputs(plan, data, i):
         return False
     if data.orders[i] == 0:
         return True
@@ -228,7 +228,7 @@ def receive_stepped(plan: Plan, data: Data, i: int, r: int, h: float, whole: boo
         q = u0 + j
         kept[q] = u[q]
         u[q] = u[q] + h * (du[2 * u0 + j] + h * du[2 * u0 + n_u + j] / 2)
-    good = give(plan, data, i)
+    good = give_inputs(plan, data, i)
     u[u0 : u0 + n_u] = kept[u0 : u0 + n_u]
     return good and receive(plan, data, i, r, whole)
 
@@ -242,7 +242,7 @@ def exchange(plan: Plan, data: Data, r: int, whole: bool, again: bool) -> bool:
         if feeds:
             for q in range(of[c.FIRST], of[c.FIRST] + of[c.N_U]):
                 u[q] = Y[r, plan.source[q]] * plan.scale[q] + plan.offset[q]
-            if not give(plan, data, i):
+            if not give_inputs(plan, data, i):
                 return False
         if (feeds or again) and not receive(plan, data, i, r, whole):
             return False

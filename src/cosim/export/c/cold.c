@@ -48,6 +48,7 @@ static void inputs_from(System *m, int i, const double *C, double h) {
         const Wire *w = &WIRES[first + j];
         u[j] = C[w->source], slope[j] = C[w->source + N_Y], curvature[j] = C[w->source + 2 * N_Y];
         if (scaled) u[j] *= w->scale, slope[j] *= w->scale, curvature[j] *= w->scale;
+        u[j] += 0.0, slope[j] += 0.0, curvature[j] += 0.0; /* no -0.0 */
         if (shifted) u[j] += w->offset;
         beyond |= (c->degree < 1 && slope[j] != 0.0) || (c->degree < 2 && curvature[j] != 0.0);
     }

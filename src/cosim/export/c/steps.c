@@ -15,7 +15,7 @@ static void prepare_loop(System *m) {
         m->jacobi_sequence[i] = i;
         for (int j = 0; j < n; j++) {
             const Wire *w = &WIRES[first + j];
-            m->source[first + j] = w->source, m->scale[first + j] = w->scale, m->offset[first + j] = w->offset;
+            m->source[first + j] = w->source, m->scale[first + j] = w->scale, m->offset[first + j] = w->offset + 0.0;
             m->u_refs[first + j] = w->reference;
             m->du_refs[2 * first + j] = m->du_refs[2 * first + n + j] = w->reference;
             m->du_orders[2 * first + j] = 1, m->du_orders[2 * first + n + j] = 2;
@@ -33,13 +33,18 @@ static void prepare_loop(System *m) {
             .no_set_state = !c->data->restores,
             .n_u = n,
             .n_y = c->data->n_y,
-            .y_start = c->data->first_y,
+            .n_polled = c->data->n_y,
+            .y_first = c->data->first_y,
+            .direct = 1,
             .first = first,
             .degree = c->data->degree,
-            .feeds_through = c->data->feeds_through,
+            .feeds = c->data->feeds_through,
+            .feeds_polled = c->data->feeds_through,
             .version = 2,
         };
     }
+    for (int k = 0; k < N_Y; k++) m->places[k] = k;
+    memset(m->whole, 1, sizeof m->whole); /* an importer may ask for any output at any time */
     memset(m->fresh, 0, sizeof m->fresh);
     if (m->s.algorithm != GAUSS_SEIDEL) return;
     int64_t turn[AT_LEAST_ONE(N_COMPONENTS)];
@@ -57,17 +62,17 @@ static int looks_back(const System *m) { return (int)m->s.degree + (m->s.algorit
 static int64_t loop(System *m, int64_t n) {
     static const double missed[DEGREES] = {1.0 / 2, 5.0 / 12, 3.0 / 8};
     const Plan plan = {
-        .slaves = m->slaves, .source = m->source, .scale = m->scale, .offset = m->offset, .fresh = m->fresh,
+        .slaves = m->slaves, .places = m->places, .source = m->source, .scale = m->scale, .offset = m->offset, .fresh = m->fresh,
         .sequence = m->s.algorithm == GAUSS_SEIDEL ? SEQUENCE : m->jacobi_sequence, .exchange = ORDER, .stops = STOPS,
         .above = ABOVE, .n_slaves = N_COMPONENTS, .n_stops = N_STOPS, .degree = m->s.degree,
         .sequential = m->s.algorithm == GAUSS_SEIDEL, .missed = m->s.algorithm == NEPCE ? missed[m->s.degree] : 0.0,
     };
     const Data data = {
-        .Y = m->Y, .t = m->t, .h = m->h, .u = m->u, .du = m->du, .kept = m->kept, .orders = m->s.orders,
+        .Y = m->Y, .t = m->t, .h = m->h, .whole = m->whole, .u = m->u, .du = m->du, .kept = m->kept, .orders = m->s.orders,
         .spent = m->seconds_spent, .failure = m->failure, .n_Y = N_Y,
     };
     memset(m->failure, 0, sizeof m->failure);
-    return march(&plan, &data, m->s.known - 1, n, 0);
+    return march(&plan, &data, NULL, m->s.known - 1, n, 0);
 }
 
 /* Why a march has stopped at the step to row `row`. */

@@ -18,7 +18,7 @@
 #include "fmi2FunctionTypes.h"
 #include "fmi3FunctionTypes.h"
 
-#define BEFORE 4 /* rows of outputs before a chunk of macro steps, as in the package's master/stepping.py */
+#define BEFORE 4 /* rows of outputs before a chunk of macro steps, as in the package's master/ways.py */
 #define CHUNK 64 /* macro steps that the inner loop does at once */
 #define ROWS (BEFORE + CHUNK)
 #define DEGREES 3
@@ -135,7 +135,8 @@ struct System {
     double Y[ROWS * AT_LEAST_ONE(N_Y)], t[ROWS], h[ROWS];
     double u[N_WIRES + 1], du[2 * N_WIRES + 1], kept[N_WIRES + 1];
     double C[6 * AT_LEAST_ONE(N_Y)]; /* polynomials of all outputs: of the step, and through what it has reached */
-    int64_t source[N_WIRES + 1], fresh[N_WIRES + 1];
+    int64_t source[N_WIRES + 1], fresh[N_WIRES + 1], places[AT_LEAST_ONE(N_Y)];
+    uint8_t whole[ROWS];
     double scale[N_WIRES + 1], offset[N_WIRES + 1];
     uint32_t u_refs[N_WIRES + 1], du_refs[2 * N_WIRES + 1];
     int32_t du_orders[2 * N_WIRES + 1];
