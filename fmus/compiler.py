@@ -95,7 +95,7 @@ def host_compiler() -> list[str] | None:
 
 
 def compile_libraries(
-    folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool]
+    folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool], libraries: Sequence[str] = ("m",)
 ) -> dict[Platform, bytes]:
     """Compile a shared library for each platform. Paths are relative, so it does not depend on where it was made.
 
@@ -109,6 +109,8 @@ def compile_libraries(
         Name of the library, without ending.
     targets : mapping of Platform to bool
         Whether the host's own compiler may be used for a platform; else it is Zig's.
+    libraries : sequence of str
+        Of the system, which Linux links where others have them at hand: "m" for mathematics, "dl" for loading libraries.
 
     Returns
     -------
@@ -128,7 +130,9 @@ def compile_libraries(
             for target in targets
         }
         done = {target: [objects[target, source].result() for source in sources] for target in targets}
-        linked = {target: pool.submit(_link, folder, commands[target], done[target], name, target) for target in targets}
+        linked = {
+            target: pool.submit(_link, folder, commands[target], done[target], name, target, libraries) for target in targets
+        }
         return {target: job.result() for target, job in linked.items()}
 
 
@@ -150,7 +154,9 @@ def _object(folder: Path, command: Sequence[str], source: str, level: str, targe
     return file
 
 
-def _link(folder: Path, command: Sequence[str], objects: Sequence[str], name: str, target: Platform) -> bytes:
+def _link(
+    folder: Path, command: Sequence[str], objects: Sequence[str], name: str, target: Platform, libraries: Sequence[str]
+) -> bytes:
     file = f"{name}-{target.name}{target.suffix}"
     options = ["-shared", "-O3"]  # -O3: without it Zig links a debug library
     if target.suffix == ".dylib":
@@ -159,7 +165,8 @@ def _link(folder: Path, command: Sequence[str], objects: Sequence[str], name: st
         options += ["-s"]
     if "ziglang" not in command and target.suffix == ".so":
         options += ["-Wl,--build-id=none"]
-    _run([*command, *options, "-o", file, *objects, *(["-lm"] if target.suffix == ".so" else [])], folder, target.name)
+    of_system = [f"-l{library}" for library in libraries] if target.suffix == ".so" else []
+    _run([*command, *options, "-o", file, *objects, *of_system], folder, target.name)
     return (folder / file).read_bytes()
 
 

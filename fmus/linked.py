@@ -9,7 +9,7 @@ from pathlib import Path
 from .compiler import chosen, compile_libraries
 from .package import HEADERS, SOURCES, VERSIONS, binaries, header_folder
 
-__all__ = ["Linked", "link"]
+__all__ = ["Linked", "folders", "link"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,9 @@ class Linked:
     binaries: dict[str, dict[str, bytes]]
 
 
-def link(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, str]], platforms: Sequence[str]) -> Linked:
+def link(
+    name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, str]], platforms: Sequence[str], *, loads: bool = False
+) -> Linked:
     """Compile a master with the FMUs that it calls.
 
     Parameters
@@ -44,6 +46,8 @@ def link(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, 
         For each prefix of functions the sources of an FMU of this exporter.
     platforms : sequence of str
         As for export().
+    loads : bool
+        Whether the master loads libraries itself.
 
     Returns
     -------
@@ -67,8 +71,25 @@ def link(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, 
             path = Path(scratch, file)
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="\n")
-        libraries = compile_libraries(Path(scratch), levels, name, chosen(platforms))
+        libraries = compile_libraries(Path(scratch), levels, name, chosen(platforms), ("m", "dl") if loads else ("m",))
     return Linked(files, tuple(levels), {version: binaries(version, name, libraries) for version in VERSIONS})
+
+
+def folders(platforms: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """What FMUs call platforms in their binaries.
+
+    Parameters
+    ----------
+    platforms : sequence of str
+        As for export().
+
+    Returns
+    -------
+    dict of str to tuple of str
+        By FMI version.
+    """
+    targets = chosen(platforms)
+    return {version: tuple(p.name if version == "3" else p.folder for p in targets) for version in VERSIONS}
 
 
 def _prefixed(prefix: str, version: str, headers: Mapping[str, str]) -> str:

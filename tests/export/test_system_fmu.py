@@ -1,6 +1,7 @@
 """A coupled system as one FMU: the bits of a run of the system, in other importers and as a part of a larger system."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,26 +9,30 @@ import fmpy
 import numpy as np
 import oscillators
 import pytest
+import small_fmus
 from fmu_opening import opened
 
-from gyro_cosim import GaussSeidel, Jacobi, Newton, System, SystemComponent, simulate, system
+from gyro_cosim import GaussSeidel, Jacobi, Newton, System, SystemComponent, fmus, simulate, system
 from gyro_cosim.check import check_fmu
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.export import pack_fmu
+from gyro_cosim.fmus.compiler import host
+from gyro_cosim.systems import StopWhen, catalogue
 
 ALGORITHMS = [A(k) for A in (Jacobi, GaussSeidel, Nepce) for k in range(3)]
 
 
 @pytest.fixture(scope="module")
 def packed(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[System, Path]]:
-    """A system by name and its FMU, packed once."""
+    """A system by name and its FMU, packed once; with ".fmi3" behind the name that of FMI 3.0."""
     plans = {"wheel-pair": system("wheel-pair"), "oscillators": oscillators.pair(cubic=3.0)}
     files: dict[str, Path] = {}
 
     def pack(name: str) -> tuple[System, Path]:
+        base = name.removesuffix(".fmi3")
         if name not in files:
-            (files[name],) = pack_fmu(plans[name], tmp_path_factory.mktemp("packed"))
-        return plans[name], files[name]
+            files[base], files[f"{base}.fmi3"] = pack_fmu(plans[base], tmp_path_factory.mktemp("packed"), fmi=("2", "3"))
+        return plans[base], files[name]
 
     return pack
 
@@ -37,7 +42,7 @@ def in_fmpy(file: Path, stop: float, h: float, outputs: list[str], **values: flo
     return fmpy.simulate_fmu(str(file), stop_time=stop, output_interval=h, step_size=h, output=outputs, start_values=values)
 
 
-@pytest.mark.parametrize("name", ["wheel-pair", "oscillators"])
+@pytest.mark.parametrize("name", ["wheel-pair", "oscillators", "oscillators.fmi3"])
 @pytest.mark.parametrize("algorithm", ALGORITHMS, ids=repr)
 def test_a_run_in_fmpy_has_the_bits_of_a_run_of_the_system(
     packed: Callable[[str], tuple[System, Path]], name: str, algorithm: Algorithm
@@ -63,13 +68,14 @@ def test_a_value_of_a_component_is_a_parameter(packed: Callable[[str], tuple[Sys
     assert not np.array_equal(run["gyro.gimbal_angle"], simulate(plan, stop=0.2).trajectory["gyro.gimbal_angle"])
 
 
-@pytest.mark.parametrize("name", ["wheel-pair", "oscillators"])
+@pytest.mark.parametrize("name", ["wheel-pair", "wheel-pair.fmi3", "oscillators", "oscillators.fmi3"])
 def test_check_finds_no_fault(packed: Callable[[str], tuple[System, Path]], name: str) -> None:
     assert check_fmu(packed(name)[1]) == []
 
 
-def test_the_fmu_runs_as_a_component_of_a_system(packed: Callable[[str], tuple[System, Path]]) -> None:
-    plan, file = packed("wheel-pair")
+@pytest.mark.parametrize("name", ["wheel-pair", "wheel-pair.fmi3"])
+def test_the_fmu_runs_as_a_component_of_a_system(packed: Callable[[str], tuple[System, Path]], name: str) -> None:
+    plan, file = packed(name)
     alone = simulate(plan, step=1e-3, stop=0.3).trajectory
     whole = System("larger", (SystemComponent("pair", str(file)), SystemComponent("left", f"{oscillators.HERE}:left")), ())
     run = simulate(whole, step=1e-3, stop=0.3).trajectory
@@ -94,7 +100,7 @@ def test_a_step_that_is_no_whole_number_of_macro_steps_ends_with_a_shorter_one(
     ("change", "rule"),
     [
         (lambda plan: {"algorithm": Newton(1)}, r"algorithm of a system as one FMU must be one of jacobi, gauss-seidel, nepce"),
-        (lambda plan: {"fmi": ("1",)}, r"FMI version must be one of 2"),
+        (lambda plan: {"fmi": ("1",)}, r"FMI version must be one of 2, 3, got '1'"),
         (lambda plan: {"step": -1.0}, r"`step` must be positive"),
     ],
 )
@@ -106,3 +112,98 @@ def test_what_cannot_be_packed_is_refused_in_one_line(
         pack_fmu(plan, tmp_path / "out", **change(plan))
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
+
+
+def exported(plan: System, versions: Sequence[str], folder: Path) -> System:
+    """The same system with its components as FMUs of these versions, foreign ones to the packer; "" leaves one as it is."""
+    components = []
+    for component, version in zip(plan.components, versions, strict=True):
+        if version:
+            (file,) = fmus.export(catalogue.component(component.source), folder, fmi=(version,))
+            component = replace(component, source=str(file))
+        components.append(component)
+    return replace(plan, components=tuple(components))
+
+
+@pytest.mark.parametrize("versions", [("2", "2"), ("3", "3"), ("2", "3"), ("", "3")], ids="-".join)
+def test_carried_fmus_give_the_same_bits(versions: Sequence[str], tmp_path: Path) -> None:
+    """FMI 2.0 and 3.0, the latter asking for its inputs within a step; in a folder whose name a URI has to quote."""
+    plan = exported(oscillators.pair(cubic=3.0), versions, tmp_path)
+    (file,) = pack_fmu(plan, tmp_path)
+    folder = tmp_path / "unpacked here, 100 %"
+    fmpy.extract(str(file), str(folder))
+    for number, algorithm in ((1, Jacobi(2)), (2, GaussSeidel(1)), (3, Nepce(1))):
+        run = simulate(plan, algorithm=algorithm, step=2e-3, stop=0.2).trajectory
+        values = {"algorithm": number, "degree": algorithm.degree, "macro_step": 2e-3}
+        result = in_fmpy(folder, 0.2, 1e-2, list(run.names), **values)
+        for signal in run.names:
+            np.testing.assert_array_equal(result[signal], run[signal][::5], err_msg=signal)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda folder: small_fmus.ball(folder, smooth=True),
+        lambda folder: small_fmus.ball(folder, events=False, smooth=True),
+        lambda folder: small_fmus.follower(folder, 2),
+        lambda folder: small_fmus.follower(folder, 3, says="anything"),
+    ],
+    ids=["event mode", "events of its own", "follower of FMI 2.0", "follower of FMI 3.0"],
+)
+def test_events_and_starts_of_carried_fmus_are_those_of_a_run(make: Callable[[Path], Path], tmp_path: Path) -> None:
+    """A ball bounces at its own times; a follower's state follows from its input in initialization mode."""
+    parts = (SystemComponent("foreign", str(make(tmp_path))), SystemComponent("left", f"{oscillators.HERE}:left"))
+    plan = System("s", parts, (), step=1e-2, stop=2.0)
+    (file,) = pack_fmu(plan, tmp_path / "out")
+    run = simulate(plan).trajectory
+    result = in_fmpy(file, 2.0, 1e-2, list(run.names))
+    for signal in run.names:
+        np.testing.assert_array_equal(result[signal], run[signal], err_msg=signal)
+
+
+@pytest.mark.parametrize("name", ["oscillators", "oscillators.fmi3"])
+def test_a_saved_state_repeats_the_run(packed: Callable[[str], tuple[System, Path]], name: str, tmp_path: Path) -> None:
+    """Also one taken within the cold start, and from bytes in another instance."""
+    _, file = packed(name)
+
+    def steps(it: Any, first: int, n: int) -> list[np.ndarray]:
+        return [it.step(1e-3 * k, 1e-3) for k in range(first, first + n)]
+
+    with opened(file, tmp_path) as it, opened(file, tmp_path) as other:
+        setter = it.fmu.setInteger if it.version == "2" else it.fmu.setInt32
+        setter([it.vr["degree"]], [2])
+        it.initialize()
+        other.initialize()
+        steps(it, 0, 1)
+        get, put, free = (getattr(it.fmu, f"{v}FMU{'s' if it.version == '2' else 'S'}tate") for v in ("get", "set", "free"))
+        state = get()
+        expected = steps(it, 1, 6)
+        put(state)
+        np.testing.assert_array_equal(steps(it, 1, 6), expected)
+        size = "s" if it.version == "2" else "S"
+        data = getattr(it.fmu, f"serializeFMU{size}tate")(state)
+        read = "deSerializeFMUstate" if it.version == "2" else "deserializeFMUState"
+        again = getattr(other.fmu, read)(data)
+        getattr(other.fmu, f"setFMU{size}tate")(again)
+        np.testing.assert_array_equal(steps(other, 1, 6), expected)
+        getattr(other.fmu, f"freeFMU{size}tate")(again)
+        free(state)
+
+
+def test_a_stop_condition_ends_the_run(tmp_path: Path) -> None:
+    """In FMPy and as a component of a run, after the macro step that meets it."""
+    plan = replace(oscillators.pair(), stop_when=(StopWhen(("left", "velocity"), 0.5, "too fast"),), step=1e-2, stop=5.0)
+    (file,) = pack_fmu(plan, tmp_path)
+    run = simulate(plan)
+    assert run.status == "ended"
+    assert 10 < len(run.trajectory.t) < 500
+    whole = simulate(System("larger", (SystemComponent("pair", str(file)),), (), step=1e-2, stop=5.0))
+    assert whole.status == "ended"
+    np.testing.assert_array_equal(whole.trajectory["pair.left.position"], run.trajectory["left.position"])
+
+
+def test_an_fmu_without_a_library_for_the_platform_is_refused(tmp_path: Path) -> None:
+    plan = exported(oscillators.pair(), ("2", "2"), tmp_path)
+    other = next(name for name in ("x86_64-windows", "aarch64-linux") if name != host().name)
+    with pytest.raises(ValueError, match=r"of 'left' must hold a binary for (win64|aarch64-linux), has "):
+        pack_fmu(plan, tmp_path / "out", platforms=(other,))

@@ -11,7 +11,7 @@ from ..systems.quantities import meaning
 from .components import Packed
 from .variables import Variable, Variables
 
-__all__ = ["Identity", "fmi2"]
+__all__ = ["Identity", "build_description", "fmi2", "fmi3"]
 
 CATEGORIES = {
     "logEvents": "what a component says in passing, and stop conditions",
@@ -19,6 +19,7 @@ CATEGORIES = {
     "logStatusError": "why a call was wrong",
     "logStatusWarning": "what is not quite right",
 }
+_TAGS_3 = {"real": "Float64", "integer": "Int32", "enumeration": "Enumeration", "boolean": "Boolean", "string": "String"}
 _TAGS = {"real": "Real", "integer": "Integer", "enumeration": "Enumeration", "boolean": "Boolean", "string": "String"}
 
 
@@ -95,6 +96,75 @@ def fmi2(system: System, components: Sequence[Packed], variables: Variables, ide
             assert parent is not None
             attributes = {"index": str(place["output", k]), "dependencies": " ".join(map(str, known))}
             ET.SubElement(parent, "Unknown", attributes)
+    return _document(root)
+
+
+def fmi3(system: System, components: Sequence[Packed], variables: Variables, identity: Identity) -> bytes:
+    """modelDescription.xml of FMI 3.0.
+
+    Parameters
+    ----------
+    system, components, variables, identity
+        As of fmi2().
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
+    about = _about(system, variables, identity)
+    root = ET.Element("fmiModelDescription", {"fmiVersion": "3.0", **about, "instantiationToken": identity.token})
+    can = _abilities(components)
+    ET.SubElement(root, "CoSimulation", {
+        "modelIdentifier": identity.identifier, "canBeInstantiatedOnlyOncePerProcess": can["once"],
+        "canGetAndSetFMUState": can["restore"], "canSerializeFMUState": can["serialize"],
+        "canHandleVariableCommunicationStepSize": can["every length"], "maxOutputDerivativeOrder": "0", "hasEventMode": "false",
+    })  # fmt: skip
+    units = _units(variables.all)
+    _write_units(root, units)
+    types = ET.SubElement(root, "TypeDefinitions")
+    enumerations = _enumerations(variables.all)
+    for items, name in enumerations.items():
+        kind = ET.SubElement(types, "EnumerationType", name=name)
+        for item, value in items:
+            ET.SubElement(kind, "Item", name=item, value=str(value))
+    _write_log_categories(root)
+    _write_experiment(root, system)
+    listed = ET.SubElement(root, "ModelVariables")
+    for reference, v in enumerate(variables.all):
+        of_type = _value(v, units, enumerations, bounds=v.type in ("real", "integer"))
+        text = of_type.pop("start", "") if v.type == "string" else ""
+        element = ET.SubElement(listed, _TAGS_3[v.type], _attributes(v, reference) | of_type)
+        if v.type == "string":
+            ET.SubElement(element, "Start", value=text)
+    structure = ET.SubElement(root, "ModelStructure")
+    place = {(v.kind, v.index): reference for reference, v in enumerate(variables.all)}
+    for tag, rows in (("Output", _outputs(variables)), ("InitialUnknown", _initial(variables))):
+        for k, known in rows:
+            attributes = {"valueReference": str(place["output", k]), "dependencies": " ".join(map(str, known))}
+            ET.SubElement(structure, tag, attributes)
+    return _document(root)
+
+
+def build_description(identity: Identity) -> bytes:
+    """sources/buildDescription.xml, which FMI 2.0.4 takes over from FMI 3.0.
+
+    Parameters
+    ----------
+    identity : Identity
+        Its identifier and sources.
+
+    Returns
+    -------
+    bytes
+        The file.
+    """
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=identity.identifier)
+    options = "-O3 -ffp-contract=off -fvisibility=hidden"
+    files = ET.SubElement(configuration, "SourceFileSet", language="C99", compilerOptions=options)
+    for source in identity.sources:
+        ET.SubElement(files, "SourceFile", name=source)
     return _document(root)
 
 

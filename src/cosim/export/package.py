@@ -20,7 +20,7 @@ from .variables import ALGORITHMS, Variables
 
 __all__ = ["VERSIONS", "pack_fmu"]
 
-VERSIONS = {"2": ".fmu"}
+VERSIONS = {"2": (".fmu", description.fmi2), "3": (".fmi3.fmu", description.fmi3)}
 KERNEL = Path(__file__).parent.parent / "kernel" / "kernel.c"
 
 
@@ -92,20 +92,23 @@ def pack_fmu(
         data = tables.system_data(system, network, components, variables, chosen)
     master = {file.name: file.read_text(encoding="utf-8") for file in sorted((Path(__file__).parent / "c").iterdir())}
     master |= {"kernel.c": KERNEL.read_text(encoding="utf-8"), "system_data.h": data}
-    parts = _sources(components)
+    _refuse_missing_libraries(components, catalogue.platform_folders(tuple(platforms)))
+    parts, carried = _sources(components), _carried(components)
     token = _token(master, parts, components)
     master["system_data.h"] = data.replace("@TOKEN@", token)
-    linked = catalogue.linked(identifier, master, parts, tuple(platforms))
+    linked = catalogue.linked(identifier, master, parts, platforms=tuple(platforms), loads=bool(carried))
     tool = f"gyro-cosim {importlib.metadata.version('gyro-cosim')}"
     identity = Identity(identifier, token, tool, tuple(linked.compiled) if sources else ())
     written = []
     for version in fmi:
-        members = {"modelDescription.xml": description.fmi2(system, components, variables, identity)}
-        members |= linked.binaries[version]
+        suffix, describe = VERSIONS[version]
+        members = {"modelDescription.xml": describe(system, components, variables, identity)}
+        members |= linked.binaries[version] | carried
         if sources:
             members |= {f"sources/{name}": text.encode() for name, text in sorted(linked.files.items())}
+            members["sources/buildDescription.xml"] = description.build_description(identity)
         directory.mkdir(parents=True, exist_ok=True)
-        written.append(write_zip(directory / (file_name or f"{system.name}{VERSIONS[version]}"), members, executable="binaries/"))
+        written.append(write_zip(directory / (file_name or f"{system.name}{suffix}"), members, executable="binaries/"))
     return written
 
 
@@ -117,6 +120,30 @@ def _sources(components: Sequence[Packed]) -> dict[str, dict[str, str]]:
             names = sorted(name for name in members.namelist() if name.startswith("sources/") and name.endswith((".c", ".h")))
             found[prefix] = {name.removeprefix("sources/"): members.read(name).decode() for name in names}
     return found
+
+
+def _carried(components: Sequence[Packed]) -> dict[str, bytes]:
+    """The files of every carried FMU, by path."""
+    found: dict[str, bytes] = {}
+    for i, place in tables.carried(components).items():
+        part = components[i]
+        with archive.opened(part.location) as members:
+            for name in members.namelist():
+                if name.startswith(("binaries/", "resources/", "modelDescription.xml")) and not name.endswith("/"):
+                    found[f"resources/{place}/{name}"] = members.read(name)
+    return found
+
+
+def _refuse_missing_libraries(components: Sequence[Packed], folders: dict[str, tuple[str, ...]]) -> None:
+    """ValueError where a carried FMU has no library for a platform that there is one of the whole for."""
+    for part in components:
+        if part.linked:
+            continue
+        with archive.opened(part.location) as members:
+            held = {name.split("/")[1] for name in members.namelist() if name.startswith("binaries/") and not name.endswith("/")}
+        for needed in sorted(set(folders[part.model.version]) - held):
+            has = ", ".join(sorted(held)) or "none"
+            raise ValueError(f"FMU {part.location!r} of {part.name!r} must hold a binary for {needed}, has {has}")
 
 
 def _token(master: dict[str, str], parts: dict[str, dict[str, str]], components: Sequence[Packed]) -> str:

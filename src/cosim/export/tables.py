@@ -6,14 +6,21 @@ from collections.abc import Iterable, Sequence
 from ..coupling import MAX_DEGREE, Algorithm, GaussSeidel
 from ..network import Network
 from ..slaves.fmi.description import Row
+from ..slaves.fmi.intermediate_update import asked_for
 from ..systems import System
 from .components import Packed
 from .variables import ALGORITHMS, LEAST, TYPES, Variables
 
-__all__ = ["prefixes", "system_data"]
+__all__ = ["carried", "prefixes", "system_data"]
 
 PREFIX = "component_{}_"  # of the functions of a linked FMU
-_C_TYPES = {"real": "REAL", "integer": "INTEGER", "enumeration": "INTEGER", "boolean": "BOOLEAN", "string": "STRING"}
+_C_TYPES = {
+    "real": "TYPE_REAL",
+    "integer": "TYPE_INTEGER",
+    "enumeration": "TYPE_INTEGER",
+    "boolean": "TYPE_BOOLEAN",
+    "string": "TYPE_STRING",
+}
 _AT_START, _BETWEEN_STEPS = "INSTANTIATED | INITIALIZATION", "INSTANTIATED | INITIALIZATION | STEP"  # when it may be set
 _PLAIN = ("uint32_t", "int64_t", "double", "char *const")
 
@@ -69,13 +76,21 @@ def system_data(
     lines += _array("char *const", "STOP_SAYS", [_text(stop.says) for stop in system.stop_when])
     lines += _array("External", "EXTERNALS", _external(network, components, variables))
     lines += _array("Given", "GIVEN", _given(components))
+    lines += _array("Place", "WIDE", _wide(components))
+    lines += _array("uint32_t", "ASKED", [reference for part in components for reference in _asked(part)])
     lines += _array("Variable", "VARIABLES", _variables(variables))
     return "\n".join(lines) + "\n"
 
 
 def _functions(components: Sequence[Packed]) -> list[str]:
     """The functions of the linked FMUs, once for each."""
-    lines = ["#define CARRIES"] if any(not part.linked for part in components) else []
+    versions = {part.model.version for part in components if not part.linked}
+    most = max((len(part.connected) for part in components), default=0)
+    lines = [
+        f"#define CARRIES_3 {int('3' in versions)}",
+        f"#define MOST_WIRES {most}",
+        *(["#define CARRIES"] if versions else []),
+    ]
     for prefix in dict.fromkeys(prefixes(components).values()):
         lines.append(f"FUNCTIONS_2(DECLARATION_2, {prefix})")
         lines.append(f"static const Functions2 {prefix}functions = {{FUNCTIONS_2(ADDRESS_2, {prefix})}};")
@@ -100,18 +115,58 @@ def prefixes(components: Sequence[Packed]) -> dict[str, str]:
 
 
 def _components(components: Sequence[Packed]) -> list[str]:
-    rows, codes, first_wire, first_y = [], prefixes(components), 0, 0
+    rows, codes, first_wire, first_y, first_asked = [], prefixes(components), 0, 0, 0
+    places = carried(components)
     for i, part in enumerate(components):
         n_u, n_y = len(part.connected), len(part.slave.outputs)
         code = f"&{codes[part.location]}functions" if part.linked else "NULL"
-        folder = "NULL" if part.linked else _text(f"fmus/{i}")
+        folder = "NULL" if part.linked else _text(places[i])
+        every_length, n_asked = int(part.model.can("canHandleVariableCommunicationStepSize")), len(_asked(part))
         library = _text(part.model.interfaces["CoSimulation"]["modelIdentifier"])
         rows.append(
             f"{_text(part.name)}, {_text(part.model.token)}, {part.model.version}, {code}, {folder}, {library}, {n_u}, {n_y}, "
-            f"{first_wire}, {first_y}, {part.slave.input_degree}, {int(part.feeds_through)}, {int(part.slave.can_restore)}"
+            f"{first_wire}, {first_y}, {part.slave.input_degree}, {int(part.feeds_through)}, {int(part.slave.can_restore)}, "
+            f"{every_length}, {int(part.slave.counts_events)}, {n_asked}, {first_asked}"
         )
-        first_wire, first_y = first_wire + n_u, first_y + n_y
+        first_wire, first_y, first_asked = first_wire + n_u, first_y + n_y, first_asked + n_asked
     return rows
+
+
+def carried(components: Sequence[Packed]) -> dict[int, str]:
+    """Where each carried FMU lies below resources/; those of one file share a place unless they refuse a second instance.
+
+    Parameters
+    ----------
+    components : sequence of Packed
+        Of the system.
+
+    Returns
+    -------
+    dict of int to str
+        By place among the components.
+    """
+    first: dict[str, int] = {}
+    places = {}
+    for i, part in enumerate(components):
+        if not part.linked:
+            alone = part.model.can("canBeInstantiatedOnlyOncePerProcess")
+            places[i] = f"fmus/{i if alone else first.setdefault(part.location, i)}"
+    return places
+
+
+def _asked(part: Packed) -> list[str]:
+    """References of the inputs that a carried FMU of FMI 3.0 asks for within a step."""
+    return [str(row.reference) for row in asked_for(part.model)] if part.model.version == "3" else []
+
+
+def _wide(components: Sequence[Packed]) -> list[str]:
+    """Enumerations of FMI 3.0, which have 64 bits."""
+    return [
+        f"{i}, {row.reference}"
+        for i, part in enumerate(components)
+        for row in part.model.rows
+        if part.model.version == "3" and row.type == "Enumeration"
+    ]
 
 
 def _wires(network: Network, components: Sequence[Packed]) -> list[str]:

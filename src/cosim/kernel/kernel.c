@@ -3,12 +3,13 @@
    file repeats them operation by operation, so that all give the same bits (compile without contraction of operations). A test
    holds them to it. Here the march meters each step's energy itself, while the FMUs' next calls wait for memory. */
 
-#define _POSIX_C_SOURCE 199309L /* clock_gettime */
+#define _POSIX_C_SOURCE 200112L /* clock_gettime, and on macOS all of C99 where this is a part of another file */
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN /* without sockets, one of whose functions is called send */
 #include <windows.h>
 #else
 #include <time.h>

@@ -192,7 +192,7 @@ def compiled(folder: Path, source: str, name: str) -> bytes:
     return library
 
 
-def linked(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, str]], platforms: Sequence[str]) -> Any:
+def linked(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str, str]], **options: Any) -> Any:
     """A library of a master with the FMUs that it calls, made by the installed exporter.
 
     Parameters
@@ -203,8 +203,8 @@ def linked(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str
         C files by name.
     parts : mapping of str to mapping of str to str
         For each prefix of functions the sources of an FMU.
-    platforms : sequence of str
-        As the exporter takes them.
+    **options
+        The exporter's own.
 
     Returns
     -------
@@ -216,10 +216,36 @@ def linked(name: str, master: Mapping[str, str], parts: Mapping[str, Mapping[str
     RuntimeError
         There is no exporter that can, no compiler, or it refuses the code.
     """
-    entry = next(iter(_entries("linkers")), None)
-    if entry is None:
-        raise RuntimeError("no package that is installed can link FMUs (install gyro-cosim anew)")
-    return entry.load()(name, master, parts, platforms)
+    return _linker("link")(name, master, parts, **options)
+
+
+def platform_folders(platforms: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """What FMUs call platforms in their binaries.
+
+    Parameters
+    ----------
+    platforms : sequence of str
+        As the exporter takes them.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        By FMI version.
+
+    Raises
+    ------
+    RuntimeError
+        There is no exporter that can link.
+    """
+    folders: dict[str, tuple[str, ...]] = _linker("folders")(platforms)
+    return folders
+
+
+def _linker(name: str) -> Any:
+    for entry in _entries("linkers"):
+        if entry.name == name:
+            return entry.load()
+    raise RuntimeError("no package that is installed can link FMUs (install gyro-cosim anew)")
 
 
 def compiler_id() -> str:

@@ -28,10 +28,16 @@ static int make_component(System *m, int i) {
     c->callbacks = (fmi2CallbackFunctions){log_of_component, allocate, release, NULL, c};
     c->name = joined_text(m->name, ".", c->data->name);
     c->f = c->data->linked;
+    if (!c->name) return 0;
 #ifdef CARRIES
-    if (!c->f && !load(m, c)) return 0;
+    if (!c->f) {
+        if (!load(m, c)) return 0;
+#if CARRIES_3
+        if (c->data->version == 3) return make_3(m, c);
 #endif
-    if (!c->name || !c->f) return 0;
+        if (!find_functions(m, c)) return 0;
+    }
+#endif
     c->instance = c->f->Instantiate(c->name, fmi2CoSimulation, c->data->token, c->resources ? c->resources : "", &c->callbacks,
                                     fmi2False, fmi2True);
     return c->instance != NULL;
@@ -42,10 +48,10 @@ static Status give(System *m, const char *function, int i, Type type, uint32_t r
     const fmi2Integer integer = (fmi2Integer)number;
     int status = ERROR;
     switch (type) {
-        case REAL: status = c->f->SetReal(c->instance, &reference, 1, &number); break;
-        case INTEGER: status = c->f->SetInteger(c->instance, &reference, 1, &integer); break;
-        case BOOLEAN: status = c->f->SetBoolean(c->instance, &reference, 1, &integer); break;
-        case STRING: status = c->f->SetString(c->instance, &reference, 1, &text); break;
+        case TYPE_REAL: status = c->f->SetReal(c->instance, &reference, 1, &number); break;
+        case TYPE_INTEGER: status = c->f->SetInteger ? c->f->SetInteger(c->instance, &reference, 1, &integer) : ERROR; break;
+        case TYPE_BOOLEAN: status = c->f->SetBoolean ? c->f->SetBoolean(c->instance, &reference, 1, &integer) : ERROR; break;
+        case TYPE_STRING: status = c->f->SetString ? c->f->SetString(c->instance, &reference, 1, &text) : ERROR; break;
     }
     return judged(m, i, function, status);
 }

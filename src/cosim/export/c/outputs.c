@@ -65,7 +65,7 @@ static Status consistent(System *m, const char *function, double *Y) {
 /* Inputs that nothing is connected to. */
 static Status set_external(System *m) {
     for (int k = 0; k < N_EXTERNALS; k++) {
-        Status status = give(m, "SetReal", EXTERNALS[k].component, REAL, EXTERNALS[k].reference, m->s.external[k], NULL);
+        Status status = give(m, "SetReal", EXTERNALS[k].component, TYPE_REAL, EXTERNALS[k].reference, m->s.external[k], NULL);
         if (status != OK) return status;
     }
     return OK;

@@ -6,6 +6,9 @@ static int looks_back(const System *m);
 static void prepare_loop(System *m);
 
 #include "messages.c"
+#include "carried.c"
+#include "component3.c"
+#include "modes3.c"
 #include "components.c"
 #include "outputs.c"
 #include "states.c"
@@ -13,3 +16,5 @@ static void prepare_loop(System *m);
 #include "steps.c"
 #include "values.c"
 #include "system_fmi2.c"
+#include "system_fmi3.c"
+#include "system_fmi3_more.c"

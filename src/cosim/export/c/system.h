@@ -9,6 +9,10 @@
 #ifndef SYSTEM_H
 #define SYSTEM_H
 
+#ifdef _WIN32 /* windows.h, without what has names that are used here */
+#define NOGDI
+#define NOUSER
+#endif
 #define EXPORT static /* kernel.c is a part of this library, not an interface of it; it stands first, for what it asks of headers */
 #include "kernel.c"
 
@@ -33,7 +37,7 @@ enum { JACOBI = 1, GAUSS_SEIDEL = 2, NEPCE = 3 };
 #define FUNCTIONS_2(X, p) \
     X(p, Instantiate) X(p, FreeInstance) X(p, SetupExperiment) X(p, EnterInitializationMode) X(p, ExitInitializationMode) \
     X(p, Terminate) X(p, GetReal) X(p, GetInteger) X(p, GetBoolean) X(p, GetString) X(p, SetReal) X(p, SetInteger) X(p, SetBoolean) \
-    X(p, SetString) X(p, SetRealInputDerivatives) X(p, DoStep) X(p, GetRealStatus) X(p, GetBooleanStatus) X(p, GetFMUstate) \
+    X(p, SetString) X(p, SetRealInputDerivatives) X(p, DoStep) X(p, GetBooleanStatus) X(p, GetFMUstate) \
     X(p, SetFMUstate) X(p, FreeFMUstate) X(p, SerializedFMUstateSize) X(p, SerializeFMUstate) X(p, DeSerializeFMUstate) \
     X(p, GetDirectionalDerivative)
 #define MEMBER_2(p, name) fmi2##name##TYPE *name;
@@ -52,6 +56,8 @@ typedef struct {
     int degree;               /* highest degree of an input polynomial that it follows */
     int feeds_through;        /* an output depends directly on a connected input */
     int restores;             /* it can go back to a state */
+    int every_length;         /* a step may have any length */
+    int event_mode, n_asked, first_asked; /* of FMI 3.0: it has one that is used; inputs that it asks for within a step */
 } ComponentData;
 
 /* A connected input; they stand component by component. */
@@ -61,7 +67,13 @@ typedef struct {
     double scale, offset;
 } Wire;
 
-typedef enum { REAL, INTEGER, BOOLEAN, STRING } Type;
+typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_STRING } Type;
+
+/* A component's variable of 64 bits, which FMI 2.0 does not have. */
+typedef struct {
+    int component;
+    uint32_t reference;
+} Place;
 
 /* A value that the system gives a component before it starts. */
 typedef struct {

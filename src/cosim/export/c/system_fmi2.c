@@ -90,17 +90,16 @@ fmi2Status fmi2Reset(fmi2Component c) {
         } \
         return fmi2OK; \
     }
-GETTER(fmi2GetReal, REAL, fmi2Real)
-GETTER(fmi2GetInteger, INTEGER, fmi2Integer)
-GETTER(fmi2GetBoolean, BOOLEAN, fmi2Boolean)
+GETTER(fmi2GetReal, TYPE_REAL, fmi2Real)
+GETTER(fmi2GetInteger, TYPE_INTEGER, fmi2Integer)
+GETTER(fmi2GetBoolean, TYPE_BOOLEAN, fmi2Boolean)
 
 fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
     CHECK(RUNNING);
     for (size_t i = 0; i < n; i++) {
-        const Variable *v = variable(m, __func__, vr[i], STRING);
+        const Variable *v = variable(m, __func__, vr[i], TYPE_STRING);
         if (!v) return fmi2Error;
-        Component *of = &m->components[v->component];
-        Status status = judged(m, v->component, __func__, of->f->GetString(of->instance, &v->reference, 1, &value[i]));
+        Status status = get_text(m, __func__, v, &value[i]);
         if (status != OK) return (fmi2Status)status;
     }
     return fmi2OK;
@@ -118,10 +117,10 @@ fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t 
         for (size_t i = 0; i < n && status == OK; i++) status = set_one(m, __func__, &VARIABLES[vr[i]], number, string); \
         return (fmi2Status)status; \
     }
-SETTER(fmi2SetReal, REAL, fmi2Real, value[i], NULL)
-SETTER(fmi2SetInteger, INTEGER, fmi2Integer, (double)value[i], NULL)
-SETTER(fmi2SetBoolean, BOOLEAN, fmi2Boolean, (double)value[i], NULL)
-SETTER(fmi2SetString, STRING, fmi2String, 0.0, value[i])
+SETTER(fmi2SetReal, TYPE_REAL, fmi2Real, value[i], NULL)
+SETTER(fmi2SetInteger, TYPE_INTEGER, fmi2Integer, (double)value[i], NULL)
+SETTER(fmi2SetBoolean, TYPE_BOOLEAN, fmi2Boolean, (double)value[i], NULL)
+SETTER(fmi2SetString, TYPE_STRING, fmi2String, 0.0, value[i])
 
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n_unknown,
                                         const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],

@@ -24,13 +24,22 @@ static Status get_one(System *m, const char *function, const Variable *v, double
         case FORWARDED: break;
     }
     switch (v->type) {
-        case REAL: status = judged(m, v->component, function, c->f->GetReal(c->instance, &v->reference, 1, value)); break;
-        case INTEGER: status = judged(m, v->component, function, c->f->GetInteger(c->instance, &v->reference, 1, &integer)); break;
-        case BOOLEAN: status = judged(m, v->component, function, c->f->GetBoolean(c->instance, &v->reference, 1, &integer)); break;
-        case STRING: return fail(m, function, "texts can be set only");
+        case TYPE_REAL: status = judged(m, v->component, function, c->f->GetReal(c->instance, &v->reference, 1, value)); break;
+        case TYPE_INTEGER:
+        case TYPE_BOOLEAN: {
+            fmi2GetIntegerTYPE *get = v->type == TYPE_INTEGER ? c->f->GetInteger : c->f->GetBoolean;
+            status = judged(m, v->component, function, get ? get(c->instance, &v->reference, 1, &integer) : ERROR);
+            break;
+        }
+        case TYPE_STRING: return fail(m, function, "a text is no number");
     }
-    if (v->type != REAL) *value = (double)integer;
+    if (v->type != TYPE_REAL) *value = (double)integer;
     return status;
+}
+
+static Status get_text(System *m, const char *function, const Variable *v, const char **value) {
+    Component *c = &m->components[v->component];
+    return judged(m, v->component, function, c->f->GetString ? c->f->GetString(c->instance, &v->reference, 1, value) : ERROR);
 }
 
 static const Variable *variable(System *m, const char *function, uint32_t reference, Type type) {
@@ -48,7 +57,7 @@ static Status may_set(System *m, const char *function, const Variable *v, double
         m->s.mode = FAILED;
         return ERROR;
     }
-    if (v->type == STRING) return OK;
+    if (v->type == TYPE_STRING) return OK;
     if (!isfinite(value)) return discard(m, function, "value must be finite: ", v->name);
     if (v->kind == ALGORITHM && !(value >= JACOBI && value <= NEPCE)) return discard(m, function, "value must be 1, 2 or 3: ", v->name);
     if (v->kind == DEGREE && !(value >= 0 && value <= MAX_DEGREE)) return discard(m, function, "value must lie within min and max: ", v->name);
