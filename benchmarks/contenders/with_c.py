@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import fmpy
+import numpy as np
 from case import Case, answer, asked
 
 from gyro_cosim.fmus.compiler import compile_libraries, host
@@ -63,19 +64,20 @@ def main() -> None:
         library = compiled(Path(scratch))
         pair = (End * 2)(*ends(case, Path(scratch)))
         n = len(case.names())
-        log = (ctypes.c_double * (n * (case.steps + 1) if case.log else 1))()
         end = (ctypes.c_double * n)()
         seconds, best = ctypes.c_double(), float("inf")
         run = library.run
         run.restype = ctypes.c_char_p
         for _ in range(REPEATS):
+            log = np.empty(n * (case.steps + 1) if case.log else 1)  # a new one each time, as a master has for each run
             failure = run(
                 pair, ctypes.c_int(case.algorithm == "gauss-seidel"), ctypes.c_double(case.step), ctypes.c_long(case.steps),
-                log if case.log else None, end, ctypes.byref(seconds),
+                log.ctypes.data_as(ctypes.c_void_p) if case.log else None, end, ctypes.byref(seconds),
             )  # fmt: skip
             if failure:
                 raise RuntimeError(failure.decode())
             best = min(best, seconds.value)
+            del log
         answer(best, dict(zip(case.names(), end, strict=True)))
 
 

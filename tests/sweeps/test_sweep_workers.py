@@ -18,6 +18,7 @@ import small_fmus
 
 from gyro_cosim import System, SystemComponent, system
 from gyro_cosim.sweeps import Sweep, load, sweep
+from gyro_cosim.sweeps.pool import Pool
 from gyro_cosim.sweeps.store import journal_of
 
 MANY = {"gyro.rotor_speed": "0rpm:300rpm:150"}
@@ -82,6 +83,30 @@ def test_a_worker_that_is_killed_costs_only_its_runs(tmp_path: Path) -> None:
     assert killed
     assert (outcome.done, outcome.failed) == (150, 0)
     assert len(load(tmp_path / "a.npz")) == 150
+    assert multiprocessing.active_children() == []
+
+
+@pytest.mark.parametrize("times", [1, 99])
+def test_a_worker_that_is_killed_while_it_starts_is_replaced(times: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has held no run yet; but where no worker comes to life the sweep says so instead of trying for ever."""
+    plain, killed = Pool._start, []
+
+    def start(pool: Pool) -> Any:
+        worker = plain(pool)
+        if len(killed) < times:
+            killed.append(worker.process.pid)
+            worker.process.kill()
+        return worker
+
+    monkeypatch.setattr(Pool, "_start", start)
+    what = Sweep(system("wheel-pair"), {"gyro.rotor_speed": "0rpm:300rpm:3"}, stop=0.1)
+    if times == 1:
+        outcome = sweep(what, tmp_path / "a.npz", workers=1)
+        assert (outcome.done, outcome.failed) == (3, 0)
+    else:
+        with pytest.raises(RuntimeError, match="a worker process must start, it ended with signal SIGKILL"):
+            sweep(what, tmp_path / "a.npz", workers=1)
+        assert len(killed) == 3
     assert multiprocessing.active_children() == []
 
 

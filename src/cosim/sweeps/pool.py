@@ -1,8 +1,8 @@
 """Workers on this machine: processes that do runs, fed so that none waits and none holds more than a moment's work.
 
 A worker that dies (a crash in an FMU, a signal, memory) costs only the runs it held. They are done again, one at a time;
-a run whose process dies once more is a row with that error. Workers are spawned, so a script that sweeps needs the usual
-`if __name__ == "__main__":`.
+a run whose process dies once more is a row with that error. A worker that is killed while it starts held none; it is replaced.
+Workers are spawned, so a script that sweeps needs the usual `if __name__ == "__main__":`.
 
 What a run is, is the Task's to say: of a sweep, one run of its system (SweepTask); of another study, what it likes.
 """
@@ -29,6 +29,7 @@ from .runner import Row, Runner, row_of
 AHEAD = 0.5  # s of work that a worker may hold
 REPORT = 0.1  # s between a worker's reports
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read when the libraries are loaded
+STARTS = 3  # processes in a row that a signal may end before they are ready
 MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
 
 
@@ -147,6 +148,7 @@ class Pool:
         self._scratch = ""
         self._suspects: deque[tuple[str, Point]] = deque()  # were held by a worker that died: done alone
         self._once: set[str] = set()  # keys of runs that were held by a worker that died
+        self._killed = 0  # processes in a row that a signal ended before they were ready
         self._pace = AHEAD  # s that a run takes, a mean over the latest
 
     def results(self, todo: Mapping[str, Point]) -> Iterator[list[Row]]:
@@ -165,7 +167,7 @@ class Pool:
                     except (EOFError, OSError):
                         rows = self._lost(worker, waiting)
                     else:
-                        worker.ready = True
+                        worker.ready, self._killed = True, 0
                         self._took(worker, rows)
                         self._feed(worker, waiting)
                     left -= len(rows)
@@ -218,9 +220,11 @@ class Pool:
         worker.process.join()
         code = worker.process.exitcode or 0
         worker.process.close()
-        if not worker.ready:
-            raise RuntimeError(f"a worker process must start, it ended with exit code {code}")
         reason = f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        if not worker.ready:
+            self._killed += 1
+            if code >= 0 or self._killed == STARTS:  # it cannot start, whoever tries
+                raise RuntimeError(f"a worker process must start, it ended with {reason}")
         rows = []
         for key, point in worker.held.items():
             if key in self._once and len(worker.held) == 1:
