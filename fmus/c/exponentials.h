@@ -38,16 +38,20 @@ static inline real gc_exp_of(real x, real low, int shift) {
 
 static inline real gc_exp(real x) { return gc_exp_of(x, gc_real(0.0), 0); }
 
-static inline real gc_expm1(real x) {
-    real large = gc_exp(x), low, r_low, e_low, error, m_low;
-    real bounded = gc_blend(gc_less(gc_real(60.0), x), gc_real(60.0), gc_blend(gc_less(x, gc_real(-60.0)), gc_real(-60.0), x));
+/* exp(x) - 1 as a sum; beyond 60 as at 60. */
+static inline real gc_expm1_parts(real x, real *low) {
+    real top = gc_real(60.0), r_low, e_low, error, m_low;
     bits k;
-    real r = gc_split_by_ln2(bounded, gc_real(0.0), &r_low, &k), t = gc_power_of_two(k);
+    x = gc_blend(gc_less(top, x), top, gc_blend(gc_less(x, -top), -top, x));
+    real r = gc_split_by_ln2(x, gc_real(0.0), &r_low, &k), t = gc_power_of_two(k);
     real e = gc_fast_two_sum(r, r * r * gc_polynomial_exp(r) + (r_low + r * r_low), &e_low);
     real m = gc_two_sum(t, gc_real(-1.0), &m_low); /* 2^k (1 + e) - 1 */
     real sum = gc_two_sum(m, t * e, &error);
-    low = error + (m_low + t * e_low);
-    real a = gc_blend(gc_less(gc_real(40.0), x), large, sum + low);
+    return gc_fast_two_sum(sum, error + (m_low + t * e_low), low);
+}
+
+static inline real gc_expm1(real x) {
+    real low, a = gc_blend(gc_less(gc_real(40.0), x), gc_exp(x), gc_expm1_parts(x, &low));
     return gc_blend(gc_less(gc_fabs(x), gc_real(5e-17)), x, a);
 }
 
@@ -136,9 +140,11 @@ static inline real gc_pow(real x, real y) {
 
 /* ---- hyperbolic functions ------------------------------------------------------------------------------------------- */
 
+/* (e + e / (e + 1)) / 2, e = exp(x) - 1. */
 static inline real gc_sinh(real x) {
-    real size = gc_fabs(x), e = gc_expm1(gc_blend(gc_less(gc_real(30.0), size), gc_real(30.0), size));
-    real a = gc_blend(gc_less(gc_real(20.0), size), gc_exp_of(size, gc_real(0.0), -1), 0.5 * (e + e / (e + 1.0)));
+    real size = gc_fabs(x), low, e = gc_expm1_parts(size, &low), quotient = e / (e + 1.0), rest = 1.0 - quotient;
+    real a = 0.5 * (e + (quotient + low * (1.0 + rest * rest)));
+    a = gc_blend(gc_less(gc_real(20.0), size), gc_exp_of(size, gc_real(0.0), -1), a);
     return gc_copysign(gc_blend(gc_less(size, gc_real(1e-9)), size, a), x);
 }
 
@@ -147,9 +153,11 @@ static inline real gc_cosh(real x) {
     return half + 0.25 / half;
 }
 
+/* e / (e + 2), e = exp(2 x) - 1. */
 static inline real gc_tanh(real x) {
-    real size = gc_fabs(x), e = gc_expm1(2.0 * gc_blend(gc_less(gc_real(25.0), size), gc_real(25.0), size));
-    return gc_copysign(gc_blend(gc_less(size, gc_real(1e-9)), size, e / (e + 2.0)), x);
+    real size = gc_fabs(x), low, error, e = gc_expm1_parts(2.0 * size, &low), below = gc_two_sum(e, gc_real(2.0), &error);
+    real quotient = e / below, a = quotient + (low - quotient * (error + low)) / below;
+    return gc_copysign(gc_blend(gc_less(size, gc_real(1e-9)), size, a), x);
 }
 
 /* log1p(x + x^2 / (1 + sqrt(1 + x^2))), log(2 x) for large x. */

@@ -9,7 +9,16 @@
 #define REAL_H
 
 #include <stdint.h>
+
+#if defined(__GNUC__) /* with what stands in the compiler no library is needed, not even C's */
+#define gc_copy __builtin_memcpy
+#define gc_root __builtin_sqrt
+#else
+#include <math.h>
 #include <string.h>
+#define gc_copy memcpy
+#define gc_root sqrt
+#endif
 
 #if defined(_MSC_VER)
 #pragma fp_contract(off)
@@ -22,7 +31,6 @@
 #endif
 
 #if LANES == 1
-#include <math.h> /* sqrt, where the compiler has no builtin */
 typedef double real;
 typedef int64_t bits;
 #elif LANES == 2 || LANES == 4 || LANES == 8
@@ -44,12 +52,12 @@ typedef uint64_t unsigned_bits __attribute__((vector_size(8 * LANES)));
 static inline real gc_real(double c) { return c; }
 static inline bits gc_bits(real a) {
     bits b;
-    memcpy(&b, &a, sizeof b);
+    gc_copy(&b, &a, sizeof b);
     return b;
 }
 static inline real gc_from_bits(bits b) {
     real a;
-    memcpy(&a, &b, sizeof a);
+    gc_copy(&a, &b, sizeof a);
     return a;
 }
 static inline bits gc_shift_right(bits a, int n) { return (bits)((uint64_t)a >> n); }
@@ -145,12 +153,10 @@ static inline real gc_ceil(real a) {
 static inline real gc_sqrt(real a) {
 #if LANES > 1
     real root;
-    for (int i = 0; i < LANES; i++) root[i] = __builtin_sqrt(a[i]);
+    for (int i = 0; i < LANES; i++) root[i] = gc_root(a[i]);
     return root;
-#elif defined(__GNUC__)
-    return __builtin_sqrt(a);
 #else
-    return sqrt(a);
+    return gc_root(a);
 #endif
 }
 

@@ -24,8 +24,8 @@ static inline real gc_hypot(real x, real y) {
 /* One remainder, exact: a long division, ten bits of the quotient at a time. *odd: whether the quotient is. */
 static double gc_divide(double x, double y, int *odd) {
     uint64_t a, b, sign, mask = ((uint64_t)1 << 52) - 1, quotient;
-    memcpy(&a, &x, sizeof a);
-    memcpy(&b, &y, sizeof b);
+    gc_copy(&a, &x, sizeof a);
+    gc_copy(&b, &y, sizeof b);
     sign = a >> 63 << 63, a &= ~((uint64_t)1 << 63), b &= ~((uint64_t)1 << 63);
     *odd = 0;
     if (b == 0 || a >= (uint64_t)GC_INFINITY || b > (uint64_t)GC_INFINITY) return (x * y) / (x * y) - (x - x) / (x - x);
@@ -43,7 +43,7 @@ static double gc_divide(double x, double y, int *odd) {
     for (; !(a >> 52) && eb > 1; eb--) a <<= 1;
     a = a >> 52 ? (a & mask) | (uint64_t)eb << 52 : a;
     a |= sign;
-    memcpy(&x, &a, sizeof x);
+    gc_copy(&x, &a, sizeof x);
     return x;
 }
 

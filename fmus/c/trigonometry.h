@@ -15,35 +15,35 @@
 #define GC_INTEGER 6755399441055744.0 /* 1.5 2^52: adding it rounds to an integer, which then stands in the lowest bits */
 
 /* The bits of 2/pi behind 64 zeros. */
-static const uint64_t GC_TWO_OVER_PI[20] = {
-    0, 0xa2f9836e4e441529u, 0xfc2757d1f534ddc0u, 0xdb6295993c439041u, 0xfe5163abdebbc561u, 0xb7246e3a424dd2e0u,
-    0x06492eea09d1921cu, 0xfe1deb1cb129a73eu, 0xe88235f52ebb4484u, 0xe99c7026b45f7e41u, 0x3991d639835339f4u, 0x9c845f8bbdf9283bu,
-    0x1ff897ffde05980fu, 0xef2f118b5a0a6d1fu, 0x6d367ecf27cb09b7u, 0x4f463f669e5fea2du, 0x7527bac7ebe5f17bu, 0x3d0739f78a5292eau,
-    0x6bfb5fb11f8d5d08u, 0x56033046fc7b6babu,
+static const uint32_t GC_TWO_OVER_PI[40] = {
+    0x00000000u, 0x00000000u, 0xa2f9836eu, 0x4e441529u, 0xfc2757d1u, 0xf534ddc0u, 0xdb629599u, 0x3c439041u, 0xfe5163abu, 0xdebbc561u,
+    0xb7246e3au, 0x424dd2e0u, 0x06492eeau, 0x09d1921cu, 0xfe1deb1cu, 0xb129a73eu, 0xe88235f5u, 0x2ebb4484u, 0xe99c7026u, 0xb45f7e41u,
+    0x3991d639u, 0x835339f4u, 0x9c845f8bu, 0xbdf9283bu, 0x1ff897ffu, 0xde05980fu, 0xef2f118bu, 0x5a0a6d1fu, 0x6d367ecfu, 0x27cb09b7u,
+    0x4f463f66u, 0x9e5fea2du, 0x7527bac7u, 0xebe5f17bu, 0x3d0739f7u, 0x8a5292eau, 0x6bfb5fb1u, 0x1f8d5d08u, 0x56033046u, 0xfc7b6babu,
 };
-
-/* a b + carry as high 2^64 + *low. */
-static uint64_t gc_multiply(uint64_t a, uint64_t b, uint64_t carry, uint64_t *low) {
-    uint64_t a0 = a & 0xFFFFFFFFu, a1 = a >> 32, b0 = b & 0xFFFFFFFFu, b1 = b >> 32;
-    uint64_t middle = a1 * b0 + (a0 * b0 >> 32), other = a0 * b1 + (middle & 0xFFFFFFFFu);
-    *low = a * b + carry;
-    return a1 * b1 + (middle >> 32) + (other >> 32) + (*low < carry);
-}
 
 /* One finite x of at least 2^15: r and its error, and n modulo 4. Of x 2/pi / 4 only the fraction counts: 192 bits of it are made
    from x's 53 and those bits of 2/pi that do not give whole turns; at most 62 of them cancel, so more than 120 remain. */
 static int gc_reduce_far(double x, double *r, double *r_error) {
     int64_t word;
-    memcpy(&word, &x, sizeof word);
-    int position = (int)(word >> 52 & 0x7FF) - 1075 + 62, at = position >> 6, shift = position & 63;
-    uint64_t m = ((uint64_t)word & 0xFFFFFFFFFFFFFu) | (uint64_t)1 << 52, two_over_pi[3], f[3], carry;
-    for (int i = 0; i < 3; i++) {
-        two_over_pi[i] = GC_TWO_OVER_PI[at + i] << shift;
-        if (shift) two_over_pi[i] |= GC_TWO_OVER_PI[at + i + 1] >> (64 - shift);
+    gc_copy(&word, &x, sizeof word);
+    int position = (int)(word >> 52 & 0x7FF) - 1075 + 62, at = position >> 5, shift = position & 31;
+    uint64_t m = ((uint64_t)word & 0xFFFFFFFFFFFFFu) | (uint64_t)1 << 52, m_low = m & 0xFFFFFFFFu, m_high = m >> 32, carry = 0, f[3];
+    uint32_t turns[6];
+    for (int i = 5; i >= 0; i--) {
+        uint64_t pair = (uint64_t)GC_TWO_OVER_PI[at + i] << 32 | GC_TWO_OVER_PI[at + i + 1], part = pair << shift >> 32;
+        carry += part * m_low;
+        turns[i] = (uint32_t)carry;
+        carry >>= 32;
     }
-    carry = gc_multiply(m, two_over_pi[2], 0, &f[2]);
-    carry = gc_multiply(m, two_over_pi[1], carry, &f[1]);
-    f[0] = m * two_over_pi[0] + carry;
+    carry = 0;
+    for (int i = 5; i >= 1; i--) {
+        uint64_t pair = (uint64_t)GC_TWO_OVER_PI[at + i] << 32 | GC_TWO_OVER_PI[at + i + 1], part = pair << shift >> 32;
+        carry += part * m_high + turns[i - 1];
+        turns[i - 1] = (uint32_t)carry;
+        carry >>= 32;
+    }
+    for (int i = 0; i < 3; i++) f[i] = (uint64_t)turns[2 * i] << 32 | turns[2 * i + 1];
     int n = (int)(f[0] >> 62), negative;
     for (int i = 0; i < 3; i++) f[i] = f[i] << 2 | (i < 2 ? f[i + 1] >> 62 : 0);
     negative = (int)(f[0] >> 63); /* a fraction of a half and more is one above, less the rest */

@@ -9,7 +9,21 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from mathematics import BINARY, CASES, COMPILERS, EXACT, SPECIAL, Array, Library, build, errors, points
+from mathematics import (
+    BINARY,
+    CASES,
+    COMPILERS,
+    ELSEWHERE,
+    EXACT,
+    SPECIAL,
+    Array,
+    Library,
+    build,
+    elsewhere,
+    errors,
+    points,
+    runner,
+)
 
 from gyro_cosim.fmus import polynomials
 
@@ -65,6 +79,18 @@ def test_every_build_gives_the_same_bits(libraries: dict[tuple[str, int], Librar
     wanted = results.pop(("zig", 1))
     assert results, "at least lanes of two doubles can be compiled everywhere"
     assert [build for build, result in results.items() if not same_bits(result, wanted)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ELSEWHERE)
+def test_other_platforms_give_the_same_bits(alone: Library, target: str, tmp_path: Path) -> None:
+    """WebAssembly, another processor, another system: as far as this machine can run them."""
+    if runner(target) is None:
+        pytest.skip(f"nothing here runs {target}: {' or '.join(ELSEWHERE[target])} would")
+    parts = [arguments(name, 500) for name in NAMES]
+    a, b = (np.concatenate([part[i] for part in parts]) for i in (0, 1))
+    results = elsewhere(tmp_path, target, NAMES, a, b)
+    assert [name for name in NAMES if not same_bits(results[name], alone(name, a, b))] == []
 
 
 @pytest.mark.parametrize("name", NAMES)

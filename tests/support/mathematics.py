@@ -2,6 +2,8 @@
 
 import ctypes
 import functools
+import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -72,12 +74,12 @@ CASES = {
     "log": Case(1.0, ((0.9, 1.1), (0.0, 10.0), (0.0, LARGE)), hard=(5e-324, 1e-310, 0.7071067811865475, 0.7071067811865476)),
     "log1p": Case(1.0, ((-0.9, 1.0), (-1e-3, 1e-3), (0.0, LARGE)), hard=(-0.9999999999999999, 0.41421356237309503)),
     "pow": Case(1.0, ((0.0, 4.0), (0.999, 1.001), (0.0, LARGE)), ((-8.0, 8.0), (-700.0, 700.0), (-1e5, 1e5))),
-    "sinh": Case(2.0, ((-1.0, 1.0), (-30.0, 30.0), (-710.4, 710.4)), hard=(710.4758600739439,)),
-    "cosh": Case(2.0, ((-1.0, 1.0), (-30.0, 30.0), (-710.4, 710.4)), hard=(710.4758600739439,)),
-    "tanh": Case(2.0, ((-1.0, 1.0), (-20.0, 20.0), (-LARGE, LARGE))),
-    "asinh": Case(3.0, ((-1.0, 1.0), (-100.0, 100.0), (-LARGE, LARGE))),
-    "acosh": Case(3.0, ((1.0, 1.1), (1.0, 100.0), (1.0, LARGE))),
-    "atanh": Case(3.0, ((-1.0, 1.0), (-1e-3, 1e-3), (0.99, 1.0))),
+    "sinh": Case(1.5, ((-1.0, 1.0), (-30.0, 30.0), (-710.4, 710.4)), hard=(710.4758600739439,)),
+    "cosh": Case(1.5, ((-1.0, 1.0), (-30.0, 30.0), (-710.4, 710.4)), hard=(710.4758600739439,)),
+    "tanh": Case(1.5, ((-1.0, 1.0), (-20.0, 20.0), (-LARGE, LARGE))),
+    "asinh": Case(2.0, ((-1.0, 1.0), (-100.0, 100.0), (-LARGE, LARGE))),
+    "acosh": Case(2.5, ((1.0, 1.1), (1.0, 100.0), (1.0, LARGE))),
+    "atanh": Case(2.0, ((-1.0, 1.0), (-1e-3, 1e-3), (0.99, 1.0))),
     "erf": Case(1.0, ((-1.0, 1.0), (-6.5, 6.5), (-1e-3, 1e-3))),
     "hypot": Case(1.0, ((-1.0, 1.0), (-LARGE, LARGE)), ((-1.0, 1.0), (-LARGE, LARGE))),
     "fmod": Case(0.0, ((-100.0, 100.0), (-LARGE, LARGE)), ((-3.0, 3.0), (-LARGE, LARGE))),
@@ -98,6 +100,33 @@ def build(folder: Path, compiler: Sequence[str], lanes: int, name: str) -> "Libr
     command = [*compiler, "-O2", *FLAGS, *WIDTH[lanes], f"-DLANES={lanes}", f"-I{C}", "-Wno-psabi", "-fPIC", "-shared"]
     subprocess.run([*command, "-o", file, SOURCE], check=True, capture_output=True)
     return Library(ctypes.CDLL(str(file)), lanes)
+
+
+ELSEWHERE = {  # target of Zig, and the programs of which one runs what is compiled for it
+    "wasm32-freestanding": ("node",),
+    "aarch64-linux-musl": ("qemu-aarch64", "qemu-aarch64-static"),
+    "x86_64-windows-gnu": ("wine",),
+}
+
+
+def runner(target: str) -> str | None:
+    """The program that runs `target` on this machine; None if there is none."""
+    return next(filter(None, map(shutil.which, ELSEWHERE[target])), None)
+
+
+def elsewhere(folder: Path, target: str, names: Sequence[str], a: Array, b: Array) -> dict[str, Array]:
+    """Results by name of the functions of (a, b), computed as `target` does; `runner` must know a program for it."""
+    program, file, wasm = runner(target), folder / "mathematics.exe", target.startswith("wasm")
+    assert program is not None
+    command = [*ZIG, "-target", target, "-O2", *FLAGS, f"-I{C}", "-o", str(file), str(SOURCE)]
+    command += ["-nostdlib", "-Wl,--no-entry,--export=__heap_base,--export-dynamic"] if wasm else ["-DPROGRAM"]
+    subprocess.run(command, check=True, capture_output=True)
+    numbers, results = folder / "numbers", folder / "results"
+    numbers.write_bytes(np.concatenate([[a.size], a, b]).astype("<f8").tobytes())
+    driver = [program, str(SOURCE.with_name("arrays_in_node.mjs"))] if wasm else [program]
+    environment = {**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"}
+    subprocess.run([*driver, str(file), str(numbers), str(results), *names], check=True, capture_output=True, env=environment)
+    return dict(zip(names, np.fromfile(results, "<f8").reshape(len(names), a.size), strict=True))
 
 
 @dataclass(frozen=True, eq=False)
