@@ -18,7 +18,7 @@ from gyro_cosim import fmus
 from gyro_cosim.fmus.compiler import FLAGS, host_compiler
 
 C = Path(fmus.__file__).parent / "c"
-SOURCE = Path(__file__).parent / "mathematics.c"
+SOURCE = Path(__file__).parent / "real_functions.c"
 ZIG = [sys.executable, "-m", "ziglang", "cc"]
 COMPILERS = {"host": host_compiler(), "zig": ZIG}
 WIDTH = {1: [], 2: [], 4: ["-mavx2"], 8: ["-mavx512f", "-mavx512dq", "-mprefer-vector-width=512"]}
@@ -80,7 +80,7 @@ CASES = {
     "asinh": Case(2.0, ((-1.0, 1.0), (-100.0, 100.0), (-LARGE, LARGE))),
     "acosh": Case(2.5, ((1.0, 1.1), (1.0, 100.0), (1.0, LARGE))),
     "atanh": Case(2.0, ((-1.0, 1.0), (-1e-3, 1e-3), (0.99, 1.0))),
-    "erf": Case(1.0, ((-1.0, 1.0), (-6.5, 6.5), (-1e-3, 1e-3))),
+    "erf": Case(1.5, ((-1.0, 1.0), (-6.5, 6.5), (-1e-3, 1e-3))),
     "hypot": Case(1.0, ((-1.0, 1.0), (-LARGE, LARGE)), ((-1.0, 1.0), (-LARGE, LARGE))),
     "fmod": Case(0.0, ((-100.0, 100.0), (-LARGE, LARGE)), ((-3.0, 3.0), (-LARGE, LARGE))),
     "remainder": Case(0.0, ((-100.0, 100.0), (-LARGE, LARGE)), ((-3.0, 3.0), (-LARGE, LARGE))),
@@ -99,7 +99,7 @@ def build(folder: Path, compiler: Sequence[str], lanes: int, name: str) -> "Libr
     file = folder / f"{name}.so"
     command = [*compiler, "-O2", *FLAGS, *WIDTH[lanes], f"-DLANES={lanes}", f"-I{C}", "-Wno-psabi", "-fPIC", "-shared"]
     subprocess.run([*command, "-o", file, SOURCE], check=True, capture_output=True)
-    return Library(ctypes.CDLL(str(file)), lanes)
+    return Library.load(file)
 
 
 ELSEWHERE = {  # target of Zig, and the programs of which one runs what is compiled for it
@@ -134,15 +134,24 @@ class Library:
     """The array functions of one build."""
 
     library: ctypes.CDLL
-    lanes: int
 
-    def __call__(self, name: str, a: Array, b: Array | None = None) -> Array:
-        """The function `name` of each element; b: the second arguments."""
-        n = -(-a.size // 8) * 8
-        padded = [np.concatenate([v, np.ones(n - v.size)]) for v in (a, a if b is None else b)]
-        result = np.empty(n)
-        pointers = [v.ctypes.data_as(ctypes.c_void_p) for v in (*padded, result)]
-        getattr(self.library, f"array_{name}")(*pointers, ctypes.c_size_t(n))
+    @classmethod
+    def load(cls, file: Path) -> "Library":
+        """The functions in a shared library."""
+        return cls(ctypes.CDLL(str(file)))
+
+    def prepared(self, name: str, a: Array, b: Array) -> tuple[Callable[[], None], Array]:
+        """A call of the function `name` of (a, b) and where it puts the result; lengths must be multiples of 8."""
+        result = np.empty(a.size)
+        pointers = [v.ctypes.data_as(ctypes.c_void_p) for v in (a, b, result)]
+        return functools.partial(getattr(self.library, f"array_{name}"), *pointers, ctypes.c_size_t(a.size)), result
+
+    def __call__(self, name: str, a: Array, b: Array) -> Array:
+        """The function `name` of each element of a; b: the second arguments, where it has two."""
+        padding = np.ones(-a.size % 8)
+        padded = [np.concatenate([v, padding]) for v in (a, b)]
+        call, result = self.prepared(name, padded[0], padded[1])
+        call()
         return result[: a.size]
 
 
