@@ -7,6 +7,9 @@ time since then at which the internal step starts and h (s) its length:
 
     u(t) = U0 + U1 t + U2 t^2 / 2,    tau <= t <= tau + h.
 
+A state of x_next that is smaller than AT_REST is 0: a linear system that decays would else reach subnormal numbers, with which
+processors count many times slower (docs/decisions/0011-mathematics-of-our-own.md).
+
 `step` runs here and becomes C code inside the FMU. How doStep uses it stands in do_step.py.
 """
 
@@ -26,6 +29,7 @@ __all__ = [
 ]  # fmt: skip
 
 INPUT_DEGREE = 2  # highest degree of the input polynomial
+AT_REST = 1e-100  # in SI units no state means anything there; products of two such numbers are still far from underflow
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
 SMALL_MODEL = 1000  # instructions of rhs up to which an explicit step is one straight run of them
 EXPLICIT = ("rk4",)
@@ -109,6 +113,7 @@ def _whole_step(rhs: ca.Function, method: str) -> ca.Function:
         scaled = scaled.expand()
     x, U, p, tau, h = arguments = symbols(ca.SX if scaled.is_a("SXFunction") else ca.MX)
     end = ca.densify(scaled(x, ca.veccat(U, p, tau, h)))
+    end = ca.if_else(ca.fabs(end) < AT_REST, 0, end)
     if scaled.is_a("SXFunction"):
         end = ca.cse(end)
     return ca.Function("step", arguments, [end], *labels)

@@ -11,7 +11,16 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from gyro_cosim.component.do_step import macro_step
-from gyro_cosim.component.integration import METHODS, Progress, StepError, first_sample, input_at, pieces, substeps
+from gyro_cosim.component.integration import (
+    METHODS,
+    Progress,
+    StepError,
+    first_sample,
+    input_at,
+    pieces,
+    step_function,
+    substeps,
+)
 
 U = np.array([[0.3, 0.5, -0.8]])
 
@@ -142,3 +151,24 @@ def test_a_large_model_is_stepped_by_calls_with_the_same_result() -> None:
         a, b = (np.array(f(c.start_state, polynomial, c.start_parameters, 0.1, h)) for f in (straight, called))
         assert a == pytest.approx(b, rel=1e-15)
     assert isinstance(straight, ca.Function)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_state_at_rest_is_zero(method: str) -> None:
+    """Below 1e-100, so that no subnormal number arises; larger ones and NaN are left alone."""
+    x, u, p = (ca.SX.sym(name, n) for name, n in (("x", 4), ("u", 0), ("p", 0)))
+    step = step_function(ca.Function("rhs", [x, u, p], [0 * x]), method)
+    ends = np.array(step([1e-101, -1e-310, -1e-99, np.nan], np.zeros((0, 3)), [], 0.0, 1e-3)).ravel()
+    assert list(ends[:3]) == [0.0, 0.0, -1e-99]
+    assert np.isnan(ends[3]) or method == "radau"  # whose Newton iteration fails instead
+
+
+def test_a_system_that_decays_reaches_rest() -> None:
+    """x' = -x: after 1000 s, where x would be 1e-435, it is 0, and on the way no state was ever subnormal."""
+    x, u, p = (ca.SX.sym(name, n) for name, n in (("x", 1), ("u", 0), ("p", 0)))
+    step = step_function(ca.Function("rhs", [x, u, p], [-x]), "rk4")
+    states = [1.0]
+    for _ in range(10_000):
+        states.append(float(step(states[-1], np.zeros((0, 3)), [], 0.0, 0.1)))
+    assert states[-1] == 0.0
+    assert min(abs(s) for s in states if s) >= 1e-100
