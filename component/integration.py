@@ -25,7 +25,7 @@ from .methods import METHODS as METHODS
 
 __all__ = [
     "INPUT_DEGREE", "METHODS", "ErrorControl", "InternalStep", "Progress", "StepError", "advance", "easy_fraction",
-    "first_sample", "input_at", "pieces", "step_function", "substeps",
+    "first_sample", "input_at", "is_straight", "pieces", "step_function", "substeps", "whole_step",
 ]  # fmt: skip
 
 INPUT_DEGREE = 2  # highest degree of the input polynomial
@@ -33,6 +33,7 @@ AT_REST = 1e-100  # in SI units no state means anything there; products of two s
 LEVELS = 20  # with error control the smallest internal step is the piece / 2^LEVELS
 SMALL_MODEL = 1000  # instructions of rhs up to which an explicit step is one straight run of them
 EXPLICIT = ("rk4",)
+NEARLY = 1 + 1e-9  # a step so much longer than the longest one is not cut
 CUTS = 5  # an internal step is cut into 1, 2, 4, 8 or 16 equal steps where a component says how long one may be
 SAME_TIME = 1e-9  # fraction of the sample period within which two instants are one
 
@@ -74,7 +75,7 @@ def step_function(rhs: ca.Function, method: str, longest_step: ca.Function | Non
     casadi.Function
         (x, U, p, tau, h) -> x_next, shapes (n_x,), (n_u, 3), (n_p,), (), () -> (n_x,).
     """
-    whole = _whole_step(rhs, method)
+    whole = whole_step(rhs, method)
     if longest_step is None:
         return whole
     x, U, p, tau, h = arguments = [ca.MX.sym(whole.name_in(i), *whole.size_in(i)) for i in range(5)]
@@ -84,13 +85,19 @@ def step_function(rhs: ca.Function, method: str, longest_step: ca.Function | Non
         for i in range(n):
             end = whole(end, U, p, tau + i * h / n, h / n)
         cut.append(ca.Function(f"step_{n}", arguments, [end]))
-    level = ca.ceil(ca.log(h / longest_step(x, U[:, 0], p)) / math.log(2.0) - 1e-9)
+    longest = longest_step(x, U[:, 0], p) * NEARLY
+    level = sum(h > 2**k * longest for k in range(CUTS - 1))  # none for NaN
     choose = ca.Function.conditional("choose", cut[:-1], cut[-1])
-    end = choose(ca.fmin(ca.fmax(level, 0), CUTS - 1), *arguments)
+    end = choose(level, *arguments)
     return ca.Function("step", arguments, [end], ["x", "U", "p", "tau", "h"], ["x_next"])
 
 
-def _whole_step(rhs: ca.Function, method: str) -> ca.Function:
+def is_straight(rhs: ca.Function, method: str) -> bool:
+    """Whether `whole_step` is one straight run of operations: an explicit step of a small model."""
+    return method in EXPLICIT and rhs.is_a("SXFunction") and rhs.n_instructions() <= SMALL_MODEL
+
+
+def whole_step(rhs: ca.Function, method: str) -> ca.Function:
     """`step_function` without cutting."""
     n_x, n_u, n_p = (rhs.size1_in(i) for i in range(3))
     symbol = ca.SX if rhs.is_a("SXFunction") else ca.MX
@@ -109,7 +116,7 @@ def _whole_step(rhs: ca.Function, method: str) -> ca.Function:
     ode = h * ca.densify(rhs(x, u, p))
     problem = {"x": x, "t": s, "p": ca.veccat(U, p, tau, h), "ode": ca.cse(ode) if symbol is ca.SX else ode}
     scaled = METHODS[method].step(problem)
-    if symbol is ca.SX and scaled.is_a("MXFunction") and rhs.n_instructions() <= SMALL_MODEL and method in EXPLICIT:
+    if is_straight(rhs, method):
         scaled = scaled.expand()
     x, U, p, tau, h = arguments = symbols(ca.SX if scaled.is_a("SXFunction") else ca.MX)
     end = ca.densify(scaled(x, ca.veccat(U, p, tau, h)))

@@ -3,23 +3,25 @@
 import hashlib
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import casadi as ca
 
 from gyro_cosim.component.integration import METHODS, easy_fraction
 
-from . import parametric
+from . import parametric, printing
 from .table import Table
 
 __all__ = ["FILES", "functions", "generate", "nominal", "output_order"]
 
 FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
-    "model.c": ("step", "rhs", "output", "sample", "prepare"),
+    "model.c": ("rhs", "output", "step", "longest_step", "sample", "prepare"),
+    "equations.c": ("rhs", "output"),  # in place of those in model.c, where they have twins
     "rhs_derivatives.c": ("rhs_forward", "rhs_adjoint"),
     "output_derivatives.c": ("output_forward", "output_adjoint", "output_second"),
 }
+EQUATIONS = ("rhs", "output")
 SMALL_MODEL = 2000  # instructions of rhs and output up to which the outputs' second time derivative is worth its size
 
 
@@ -92,32 +94,43 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
 
     Raises
     ------
-    RuntimeError
-        If CasADi has no C code for one of the component's functions.
+    ValueError, RuntimeError
+        If we have, or CasADi has, no C code for one of the component's functions.
     """
     available = functions(table)
-    prepared = available["prepare"].size1_out(0) if "prepare" in available else 0
     work = dict.fromkeys(("ARG", "RES", "IW", "W"), 1)
+    for function in available.values():
+        work["ARG"], work["RES"] = max(work["ARG"], function.n_in()), max(work["RES"], function.n_out())
+    twins = [n for n in EQUATIONS if available[n].is_a("SXFunction") and printing.has_twins(available[n])]
     files = {}
     for file, names in FILES.items():
-        stem = identifier + file.removeprefix("model").removesuffix(".c")  # CasADi prefixes its helpers with it
-        options = {"with_header": True, "with_export": False, "casadi_int": "int"}
-        generator = ca.CodeGenerator(f"{stem}.c", options)
-        for name in (n for n in names if n in available):
-            generator.add(_dense(available[name], f"{identifier}_{name}"))
-        with tempfile.TemporaryDirectory() as scratch:
-            generator.generate(scratch + "/")
-            files[file], header = (Path(scratch, f"{stem}.{suffix}").read_text() for suffix in "ch")
-        if "#error" in files[file]:
-            raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
-        for kind in work:
-            work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
-    derived = [name for file, names in FILES.items() if file != "model.c" for name in names if name in available]
-    return files | {"model_data.h": _data(table, identifier, work, derived, prepared)}
+        here = {name: available[name] for name in names if name in available and (file == "equations.c") == (name in twins)}
+        texts = {f"{identifier}_{name}": function for name, function in here.items() if function.is_a("SXFunction")}
+        files[file] = printing.file(texts, prefix="static " * (file == "model.c"), side_by_side=bool(twins) and file != "model.c")
+        others = {f"{identifier}_{name}": function for name, function in here.items() if not function.is_a("SXFunction")}
+        if others:
+            files[file] += _by_casadi(table, identifier + file.removeprefix("model").removesuffix(".c"), others, work)
+    apart = [n for file, names in FILES.items() if file != "model.c" for n in names if n in available and n not in EQUATIONS]
+    return files | {"model_data.h": _data(table, identifier, work, available, [*twins, *apart])}
 
 
-def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str], prepared: int) -> str:
-    """model_data.h: sizes, start values, bounds, the table, and the functions in files of their own; `prepared`: size of q."""
+def _by_casadi(table: Table, stem: str, functions: Mapping[str, ca.Function], work: dict[str, int]) -> str:
+    """C code by CasADi's own generator for what is no SX function; `work` grows to what it needs. stem : of its helpers."""
+    generator = ca.CodeGenerator(f"{stem}.c", {"with_header": True, "with_export": False, "casadi_int": "int"})
+    for name, function in functions.items():
+        generator.add(_dense(function, name))
+    with tempfile.TemporaryDirectory() as scratch:
+        generator.generate(scratch + "/")
+        text, header = (Path(scratch, f"{stem}.{suffix}").read_text() for suffix in "ch")
+    if "#error" in text:
+        raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
+    for kind in work:
+        work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
+    return text
+
+
+def _data(table: Table, identifier: str, work: dict[str, int], available: Mapping[str, ca.Function], apart: Sequence[str]) -> str:
+    """model_data.h: sizes, start values, bounds, the table; `apart`: the functions in files of their own."""
     c = table.component
     states, inputs, parameters = c.states, c.inputs, table.parameters
     order = METHODS[c.method].order
@@ -142,7 +155,7 @@ def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str
         f"#define N_Y {len(c.outputs)}",
         f"#define N_P {len(parameters)}",
         f"#define N_P_MODEL {len(c.parameters)}",
-        f"#define N_Q {prepared}",
+        f"#define N_Q {available['prepare'].size1_out(0) if 'prepare' in available else 0}",
         f"#define N_CONTINUOUS {len(table.continuous)}",
         f"#define N_VARIABLES {len(table.rows)}",
         f"#define INTERNAL_STEP {len(c.parameters)}",
@@ -155,8 +168,11 @@ def _data(table: Table, identifier: str, work: dict[str, int], derived: list[str
         f"#define WORK_INTEGERS {work['IW']}",
         f"#define WORK_REALS {work['W']}",
     ]
-    signature = "(const double **, double **, int *, double *, int)"
-    lines += [f"int {identifier}_{name}{signature};" for name in derived]
+    lines += ["#if !defined(LANES) || LANES == 1"]
+    lines += [f"int {identifier}_{name}(const double **, double **, int *, double *, int);" for name in apart]
+    lines += ["#endif"]
+    lines += ["#define STEP_BY_RK4"] if "step" not in available else []
+    lines += ["#define LONGEST_STEP"] if "longest_step" in available else []
     if c.sample_period is not None:
         lines.append(f"#define SAMPLE_PERIOD {_number(c.sample_period)}")
     arrays: list[tuple[str, list[float]]] = [

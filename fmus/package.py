@@ -18,7 +18,12 @@ from .table import Table
 __all__ = ["HEADERS", "SOURCES", "VERSIONS", "binaries", "header_folder", "write"]
 
 VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
-SOURCES = {"fmu.c": "-O3", "rhs_derivatives.c": "-O1", "output_derivatives.c": "-O1"}  # with the optimization of each
+SOURCES = {
+    "fmu.c": "-O3",
+    "equations.c": "-O3",
+    "rhs_derivatives.c": "-O1",
+    "output_derivatives.c": "-O1",
+}  # with the optimization of each
 HEADERS = (
     "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h",
     "fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h",

@@ -1,9 +1,11 @@
 """What depends on parameters alone is computed when one changes, not in every call.
 
-    q = prepare(p),    rhs(x, u, P),    output(x, u, P),    step(x, U, P, tau, h),    P = (p, q)
+    q = prepare(p),    rhs(x, u, P),    output(x, u, P),    longest_step(x, u, P),    step(x, U, P, tau, h),    P = (p, q)
 
-The operations are those of the component's functions, in the same order on the same numbers, so the results have the same bits.
-A component whose functions are no SX graphs has no q: CasADi finds the parts of scalar graphs only.
+`step` does not cut: the core does, as `component.integration.step_function` defines it; a large model has none, for the core
+takes its steps by calls of rhs. The operations are those of the component's functions, in the same order on the same numbers,
+so the results have the same bits. A component whose functions are no SX graphs has no q: CasADi finds the parts of scalar
+graphs only.
 """
 
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from gyro_cosim.component import Component
-from gyro_cosim.component.integration import step_function
+from gyro_cosim.component.integration import EXPLICIT, is_straight, whole_step
 
 __all__ = ["Prepared", "prepared"]
 
@@ -23,7 +25,8 @@ class Prepared:
     Attributes
     ----------
     functions : dict of str to casadi.Function
-        "rhs", "output" and "step", which take P where the component's take p, and, where there is a q, "prepare".
+        "rhs", "output" and what else the module's docstring names, which take P where the component's take p; "prepare" where
+        there is a q.
     size : int
         Of q.
     """
@@ -35,21 +38,24 @@ class Prepared:
 def prepared(component: Component) -> Prepared:
     """The functions of `component` in this form."""
     c = component
-    plain = {"step": c.step, "rhs": c.rhs, "output": c.output}
-    graphs = [c.rhs, c.output, *([c.longest_step] if c.longest_step is not None else [])]
-    if not all(graph.is_a("SXFunction") for graph in graphs):
-        return Prepared(plain, 0)
+    graphs = {"rhs": c.rhs, "output": c.output}
+    if c.longest_step is not None:
+        graphs["longest_step"] = c.longest_step
+    if not all(graph.is_a("SXFunction") for graph in graphs.values()):
+        return Prepared(graphs | _step(c.rhs, c.method), 0)
     x, u, p = (ca.SX.sym(name, n) for name, n in zip("xup", (len(c.states), len(c.inputs), len(c.parameters)), strict=True))
-    values = ca.cse([ca.densify(graph(x, u, p)) for graph in graphs])  # shared by all: what one needs is prepared once
+    values = ca.cse([ca.densify(graph(x, u, p)) for graph in graphs.values()])  # shared by all: what one needs is prepared once
     values, symbols, parts = ca.extract_parametric(values, p)
     if not symbols:
-        return Prepared(plain, 0)
+        return Prepared(graphs | _step(c.rhs, c.method), 0)
     q = ca.vertcat(*symbols)
     P = ca.SX.sym("P", p.numel() + q.numel())
-    rhs, output, *longest = (
-        ca.Function(graph.name(), [x, u, P], [value])
-        for graph, value in zip(graphs, ca.substitute(values, [ca.vertcat(p, q)], [P]), strict=True)
-    )
-    step = step_function(rhs, c.method, longest[0] if longest else None)
-    functions = {"step": step, "rhs": rhs, "output": output, "prepare": ca.Function("prepare", [p], [ca.vertcat(*parts)])}
-    return Prepared(functions, q.numel())
+    values = ca.substitute(values, [ca.vertcat(p, q)], [P])
+    functions = {name: ca.Function(name, [x, u, P], [value]) for name, value in zip(graphs, values, strict=True)}
+    functions |= {"prepare": ca.Function("prepare", [p], [ca.vertcat(*parts)])}
+    return Prepared(functions | _step(functions["rhs"], c.method), q.numel())
+
+
+def _step(rhs: ca.Function, method: str) -> dict[str, ca.Function]:
+    by_calls = method in EXPLICIT and rhs.is_a("SXFunction") and not is_straight(rhs, method)
+    return {} if by_calls else {"step": whole_step(rhs, method)}

@@ -86,9 +86,7 @@ static void to_initialized(Instance *m) {
 
 /* ---- the model's functions ----------------------------------------------------------------------------------------- */
 
-typedef int (*Function)(const double **, double **, int *, double *, int);
-
-/* Calls a generated function; CasADi takes its arguments through an array that it may write to. */
+/* Calls a generated function, as call_in does, with any number of results. */
 static void call(Instance *m, Function f, int n_in, const double *const in[], int n_out, double *const out[]) {
     for (int i = 0; i < n_in; i++) m->argument[i] = in[i];
     for (int i = 0; i < n_out; i++) m->result[i] = out[i];

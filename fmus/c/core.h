@@ -1,7 +1,10 @@
 /* The component inside an FMU, as the interfaces of both FMI versions (fmi2*.c, fmi3*.c) use it.
 
-   model_data.h and model.c are generated from the component: its table, and its CasADi functions
-     MODEL(step), MODEL(rhs), MODEL(output)                     one internal step, x', y
+   model_data.h and the model's code are generated from the component: its table, and its CasADi functions
+     MODEL(rhs), MODEL(output)                                  x', y
+     MODEL(step)                                                one internal step, uncut; by rk4.c if STEP_BY_RK4
+     MODEL(longest_step)                                        up to which it is stable, if LONGEST_STEP
+     MODEL(prepare)                                             what depends on parameters alone, if N_Q > 0
      MODEL(rhs_forward), MODEL(output_forward)                  directional derivatives along (dx, du, dp)
      MODEL(rhs_adjoint), MODEL(output_adjoint)                  the same, transposed
      MODEL(output_second)                                       second time derivative of y, if MAX_OUTPUT_ORDER > 1
@@ -14,6 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "mathematics.h"
 #include "model_data.h"
 
 #define AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1) /* C has no arrays of length 0 */

@@ -1,7 +1,13 @@
-/* The file to compile: the generated model, the core that uses it, and the interfaces of FMI 2.0 and FMI 3.0. The model's
-   derivatives (*_derivatives.c) are compiled separately. */
+/* The file to compile: the generated model, the core that uses it, and the interfaces of FMI 2.0 and FMI 3.0. Large
+   parts of the model (equations.c, *_derivatives.c) are compiled separately. */
+
+#include "core.h"
 
 #include "model.c"
+#ifdef STEP_BY_RK4
+#include "rk4.c"
+#endif
+#include "internal_step.c"
 #include "core.c"
 #include "derivatives.c"
 #include "step.c"

@@ -34,9 +34,10 @@ static void ask_parabola(Instance *m, double time, double h) {
     memcpy(m->s.U, u_start, N_U * sizeof(double)); /* until the internal step is accepted */
 }
 
-/* One internal step from x, at offset tau within a polynomial U. */
-static void internal_step(Instance *m, const double *x, const double *U, double tau, double h, double *x_next) {
-    call(m, MODEL(step), 5, (const double *[]){x, U, parameters(m), &tau, &h}, 1, (double *[]){x_next});
+/* One internal step from x. */
+static void take(Instance *m, const double *x, const double *U, double tau, double h, double *x_next) {
+    const Room room = {m->argument, m->result, m->integers, m->work};
+    internal_step(&room, x, U, parameters(m), tau, h, x_next);
 }
 
 /* Makes x the state; with intermediate update the importer sees it. Returns 0 if the importer ends the macro step here. */
@@ -69,7 +70,7 @@ static Outcome advance_equal(Instance *m, double t, double start, double length)
     for (double i = 0; i < n; i++) {
         double tau = start + i * h;
         if (m->ask) ask_parabola(m, t + tau, h);
-        internal_step(m, m->s.x, m->ask ? m->U_local : m->s.U, m->ask ? 0.0 : tau, h, m->x_one);
+        take(m, m->s.x, m->ask ? m->U_local : m->s.U, m->ask ? 0.0 : tau, h, m->x_one);
         if (!all_finite(m->x_one, N_X)) return NOT_FINITE;
         if (!accept(m, m->x_one, t + (tau + h), h)) return RETURNED;
     }
@@ -88,9 +89,9 @@ static Outcome advance_adaptive(Instance *m, double t, double start, double leng
         if (m->ask) ask_parabola(m, t + tau, h);
         const double *U = m->ask ? m->U_local : m->s.U;
         double at = m->ask ? 0.0 : tau;
-        internal_step(m, m->s.x, U, at, h, m->x_one);
-        internal_step(m, m->s.x, U, at, half, m->x_half);
-        internal_step(m, m->x_half, U, at + half, half, m->x_two);
+        take(m, m->s.x, U, at, h, m->x_one);
+        take(m, m->s.x, U, at, half, m->x_half);
+        take(m, m->x_half, U, at + half, half, m->x_two);
         double error = difference(m);
         if (error <= allowed_error) {
             int easy = error < allowed_error * EASY;

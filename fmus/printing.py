@@ -1,0 +1,178 @@
+"""Functions of CasADi as C code of our own: plain, for one number or as many as a register holds, or with twins side by side.
+
+Plain code computes with the type `real` of c/real.h: with LANES defined, the same text serves several vehicles at once.
+Paired code serves one vehicle and does twin operations at once (twins.py). Both do the operations of the function on the same
+numbers, so both give the same bits. What is more than arithmetic is called by the names of c/mathematics.h.
+
+    int NAME(const real **arg, real **res, int *, real *, int)         as CasADi's own generator has it
+"""
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from .graph import Graph, Operation, of_function
+from .twins import schedule
+
+__all__ = ["UnknownOperationError", "file", "has_twins", "paired", "plain"]
+
+WORTH = 0.4  # share of operations with a twin from which on paired code is faster
+SMALL = 200  # operations below which it is not
+
+INFIX = {
+    "add": "{0} + {1}", "sub": "{0} - {1}", "mul": "{0} * {1}", "div": "{0} / {1}", "neg": "-{0}", "sq": "{0} * {0}",
+    "twice": "{0} + {0}", "inv": "gc_real(1.0) / {0}",
+}  # fmt: skip
+CALLED = {
+    name: f"gc_{name}"
+    for name in (
+        "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp",
+        "expm1", "log", "log1p", "pow", "hypot", "floor", "ceil", "fabs", "sign", "copysign", "fmin", "fmax", "fmod", "lt", "le",
+        "eq", "ne", "and", "or", "not", "erf", "erfinv", "remainder",
+    )
+} | {"constpow": "gc_pow", "if_else_zero": "gc_if"}  # fmt: skip
+
+
+class UnknownOperationError(ValueError):
+    """An operation that c/mathematics.h has not."""
+
+
+def _expression(what: str, operation: Operation, operands: list[str]) -> str:
+    if operation.name in INFIX:
+        return INFIX[operation.name].format(*operands)
+    if operation.name in CALLED:
+        return f"{CALLED[operation.name]}({', '.join(operands)})"
+    raise UnknownOperationError(f"{what}: the operation {operation.name!r} has no C code here")
+
+
+def plain(name: str, function: ca.Function) -> str:
+    """C code of an SX function, for `real`.
+
+    Parameters
+    ----------
+    name : str
+        Of the C function.
+    function : casadi.Function
+        An SX function.
+
+    Returns
+    -------
+    str
+        The definition.
+
+    Raises
+    ------
+    UnknownOperationError
+        If it has an operation without C code; the message names it.
+    """
+    graph = of_function(function)
+    names, lines = [], []
+    for i, operation in enumerate(graph.operations):
+        if operation.name == "input":
+            names.append(f"arg[{operation.place[0]}][{operation.place[1]}]")
+        elif operation.name == "const":
+            names.append(f"gc_real({operation.value!r})")
+        else:
+            lines.append(f"const real a{i} = {_expression(name, operation, [names[k] for k in operation.arguments])};")
+            names.append(f"a{i}")
+    for o, column in enumerate(graph.results):
+        lines += [f"res[{o}][{k}] = {names[i]};" for k, i in enumerate(column)]
+    return _definition(name, "real", lines)
+
+
+def _definition(name: str, kind: str, lines: list[str]) -> str:
+    body = "".join(f"    {line}\n" for line in lines)
+    unused = "(void)arg, (void)res, (void)integers, (void)work, (void)memory;"
+    head = f"int {name}(const {kind} **arg, {kind} **res, int *integers, {kind} *work, int memory) {{"
+    return f"{head}\n    {unused}\n{body}    return 0;\n}}\n"
+
+
+def has_twins(function: ca.Function) -> bool:
+    """Whether paired code of an SX function is worth while."""
+    graph = of_function(function)
+    operations = sum(not operation.is_leaf for operation in graph.operations)
+    together = sum(2 for step in schedule(graph) if step.pair[0] != step.pair[1])
+    return operations >= SMALL and together >= WORTH * operations
+
+
+def paired(name: str, function: ca.Function) -> str:
+    """C code of an SX function with twins side by side, for LANES 2. Parameters, errors: see plain()."""
+    graph = of_function(function)
+    return _definition(name, "double", _Paired(name, graph).lines())
+
+
+def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: bool) -> str:
+    """A C file of SX functions.
+
+    Parameters
+    ----------
+    functions : mapping of str to casadi.Function
+        By their names in C.
+    prefix : str
+        What stands before every definition.
+    side_by_side : bool
+        Whether compilers that know vectors get paired code, where the file serves one vehicle; others get plain code.
+
+    Returns
+    -------
+    str
+        The file.
+
+    Raises
+    ------
+    UnknownOperationError
+        See plain().
+    """
+    simple = '#include "mathematics.h"\n\n' + "\n".join(prefix + plain(name, f) for name, f in functions.items())
+    data = '#include "model_data.h"\n'
+    if not side_by_side:
+        return data + simple
+    pairs = '#define LANES 2\n#include "mathematics.h"\n\n' + "\n".join(prefix + paired(n, f) for n, f in functions.items())
+    return f"{data}#if defined(__GNUC__) && !defined(LANES)\n{pairs}#else\n{simple}#endif\n"
+
+
+class _Paired:
+    """The printer of one function: `real` holds a pair, or twice what stands alone."""
+
+    def __init__(self, what: str, graph: Graph) -> None:
+        self._what, self._graph = what, graph
+        self._half: dict[int, tuple[str, int]] = {}  # place -> variable and half that hold it
+        self._known: dict[tuple[int, int], str] = {}  # pair of places -> variable
+        self._lines: list[str] = []
+
+    def lines(self) -> list[str]:
+        """The statements of the body."""
+        for (i, j), pairs in schedule(self._graph):
+            first, second = self._graph.operations[i], self._graph.operations[j]
+            operands = [self._pair(*pair) for pair in pairs]
+            if first.name == second.name:
+                expression = _expression(self._what, first, operands)
+            else:  # a sum beside a difference: subtracting is adding the negated
+                signs = ", ".join("1.0" if operation.name == "add" else "-1.0" for operation in (first, second))
+                expression = f"{operands[0]} + (real){{{signs}}} * {operands[1]}"
+            name = f"a{i}"
+            self._lines.append(f"const real {name} = {expression};")
+            self._known[i, j] = name
+            self._half[i] = name, 0
+            self._half.setdefault(j, (name, 1))
+        for o, column in enumerate(self._graph.results):
+            self._lines += [f"res[{o}][{k}] = {self._one(i)};" for k, i in enumerate(column)]
+        return self._lines
+
+    def _one(self, i: int) -> str:
+        """The value at place i as a double."""
+        operation = self._graph.operations[i]
+        if operation.name == "input":
+            return f"arg[{operation.place[0]}][{operation.place[1]}]"
+        if operation.name == "const":
+            return repr(operation.value)
+        name, half = self._half[i]
+        return f"{name}[{half}]"
+
+    def _pair(self, i: int, j: int) -> str:
+        """The values at i and j as a variable."""
+        if (i, j) not in self._known:
+            name = f"b{len(self._known)}"
+            self._lines.append(f"const real {name} = {{{self._one(i)}, {self._one(j)}}};")
+            self._known[i, j] = name
+        return self._known[i, j]
