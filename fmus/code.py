@@ -25,11 +25,15 @@ EQUATIONS = ("rhs", "output")
 SMALL_MODEL = 2000  # instructions of rhs and output up to which the outputs' second time derivative is worth its size
 
 
-def functions(table: Table) -> dict[str, ca.Function]:
+def functions(table: Table, *, derivatives: bool = True) -> dict[str, ca.Function]:
     """The functions that core.h lists, by name, every result dense. Arguments are columns in the order of the table."""
     c = table.component
     model = {"rhs": c.rhs, "output": c.output}
     result = dict(parametric.prepared(c).functions)
+    if c.sample is not None:
+        result["sample"] = c.sample
+    if not derivatives:
+        return result
     symbol = ca.SX if all(f.is_a("SXFunction") for f in model.values()) else ca.MX
     x, u, p = (
         symbol.sym(name, size) for name, size in zip("xup", (len(c.states), len(c.inputs), len(c.parameters)), strict=True)
@@ -49,8 +53,6 @@ def functions(table: Table) -> dict[str, ca.Function]:
         first = ca.jtimes(c.output(x, u, p), ca.vertcat(x, u), ca.vertcat(rate, u1))
         second = ca.jtimes(first, ca.vertcat(x, u, u1), ca.vertcat(rate, u1, u2))
         result["output_second"] = ca.Function("f", [x, u, p, u1, u2], [second])
-    if c.sample is not None:
-        result["sample"] = c.sample
     return result
 
 
@@ -77,7 +79,7 @@ def output_order(table: Table) -> int:
     return 2 if c.rhs.n_instructions() + c.output.n_instructions() <= SMALL_MODEL else 1
 
 
-def generate(table: Table, identifier: str) -> dict[str, str]:
+def generate(table: Table, identifier: str, *, derivatives: bool = True) -> dict[str, str]:
     """Generate the C code of the model.
 
     Parameters
@@ -86,6 +88,8 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
         The FMU's variables.
     identifier : str
         What the names of the functions start with: a C identifier.
+    derivatives : bool
+        Whether the directional derivatives are wanted.
 
     Returns
     -------
@@ -97,7 +101,7 @@ def generate(table: Table, identifier: str) -> dict[str, str]:
     ValueError, RuntimeError
         If we have, or CasADi has, no C code for one of the component's functions.
     """
-    available = functions(table)
+    available = functions(table, derivatives=derivatives)
     work = dict.fromkeys(("ARG", "RES", "IW", "W"), 1)
     for function in available.values():
         work["ARG"], work["RES"] = max(work["ARG"], function.n_in()), max(work["RES"], function.n_out())

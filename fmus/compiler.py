@@ -95,8 +95,9 @@ def host_compiler() -> list[str] | None:
 
 
 def compile_libraries(
-    folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool], libraries: Sequence[str] = ("m",)
-) -> dict[Platform, bytes]:
+    folder: Path, sources: Mapping[str, str], name: str, targets: Mapping[Platform, bool], *,
+    libraries: Sequence[str] = ("m",), options: Sequence[str] = (),
+) -> dict[Platform, bytes]:  # fmt: skip
     """Compile a shared library for each platform. Paths are relative, so it does not depend on where it was made.
 
     Parameters
@@ -111,6 +112,8 @@ def compile_libraries(
         Whether the host's own compiler may be used for a platform; else it is Zig's.
     libraries : sequence of str
         Of the system, which Linux links where others have them at hand: "m" for mathematics, "dl" for loading libraries.
+    options : sequence of str
+        More options for compiling.
 
     Returns
     -------
@@ -125,7 +128,7 @@ def compile_libraries(
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         commands = {target: _command(target, allowed) for target, allowed in targets.items()}
         objects = {
-            (target, source): pool.submit(_object, folder, commands[target], source, level, target)
+            (target, source): pool.submit(_object, folder, commands[target], source, [level, *options], target)
             for source, level in sources.items()
             for target in targets
         }
@@ -147,10 +150,10 @@ def _command(target: Platform, host_allowed: bool) -> list[str]:
     return of_host or [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
 
 
-def _object(folder: Path, command: Sequence[str], source: str, level: str, target: Platform) -> str:
+def _object(folder: Path, command: Sequence[str], source: str, options: Sequence[str], target: Platform) -> str:
     file = f"{source}-{target.name}.o"
     position = [] if target.suffix == ".dll" else ["-fPIC"]
-    _run([*command, level, *FLAGS, *position, "-c", "-o", file, source], folder, target.name)
+    _run([*command, *options, *FLAGS, *position, "-c", "-o", file, source], folder, target.name)
     return file
 
 

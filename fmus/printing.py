@@ -33,6 +33,9 @@ CALLED = {
 } | {"constpow": "gc_pow", "if_else_zero": "gc_if"}  # fmt: skip
 
 
+_OTHER = {"sin": "cos", "cos": "sin"}
+
+
 class UnknownOperationError(ValueError):
     """An operation that c/mathematics.h has not."""
 
@@ -66,18 +69,35 @@ def plain(name: str, function: ca.Function) -> str:
         If it has an operation without C code; the message names it.
     """
     graph = of_function(function)
-    names, lines = [], []
+    names, lines, both = [], [], _with_both(graph)
     for i, operation in enumerate(graph.operations):
         if operation.name == "input":
             names.append(f"arg[{operation.place[0]}][{operation.place[1]}]")
         elif operation.name == "const":
             names.append(f"gc_real({operation.value!r})")
         else:
-            lines.append(f"const real a{i} = {_expression(name, operation, [names[k] for k in operation.arguments])};")
+            operands = [names[k] for k in operation.arguments]
+            if both.get(i, i) != i:
+                other = both[i]
+                lines += [f"real a{i}, a{other};", _sincos(operation, operands[0], f"a{i}", f"a{other}")] if other > i else []
+            else:
+                lines.append(f"const real a{i} = {_expression(name, operation, operands)};")
             names.append(f"a{i}")
     for o, column in enumerate(graph.results):
         lines += [f"res[{o}][{k}] = {names[i]};" for k, i in enumerate(column)]
     return _definition(name, "real", lines)
+
+
+def _with_both(graph: Graph) -> dict[int, int]:
+    """Place of a sine -> place of the cosine of the same number, and back: c/trigonometry.h computes both at once."""
+    found: dict[tuple[str, int], int] = {(o.name, o.arguments[0]): i for i, o in enumerate(graph.operations) if o.name in _OTHER}
+    return {i: found[_OTHER[name], k] for (name, k), i in found.items() if (_OTHER[name], k) in found}
+
+
+def _sincos(operation: Operation, operand: str, name: str, other: str) -> str:
+    """The statement that computes sine and cosine, called `name` and `other` where the operation is a sine."""
+    sine, cosine = (name, other) if operation.name == "sin" else (other, name)
+    return f"gc_sincos({operand}, &{sine}, &{cosine});"
 
 
 def _definition(name: str, kind: str, lines: list[str]) -> str:
@@ -142,22 +162,36 @@ class _Paired:
 
     def lines(self) -> list[str]:
         """The statements of the body."""
-        for (i, j), pairs in schedule(self._graph):
+        steps = schedule(self._graph)
+        called = {(self._graph.operations[step.pair[0]].name, *step.operands): step.pair for step in steps}
+        for (i, j), pairs in steps:
+            if (i, j) in self._known:
+                continue
             first, second = self._graph.operations[i], self._graph.operations[j]
             operands = [self._pair(*pair) for pair in pairs]
+            other = called.get((_OTHER.get(first.name, ""), *pairs))
+            if other is not None:
+                self._lines += [f"real a{i}, a{other[0]};", _sincos(first, operands[0], f"a{i}", f"a{other[0]}")]
+                self._keep((i, j))
+                self._keep(other)
+                continue
             if first.name == second.name:
                 expression = _expression(self._what, first, operands)
             else:  # a sum beside a difference: subtracting is adding the negated
                 signs = ", ".join("1.0" if operation.name == "add" else "-1.0" for operation in (first, second))
                 expression = f"{operands[0]} + (real){{{signs}}} * {operands[1]}"
-            name = f"a{i}"
-            self._lines.append(f"const real {name} = {expression};")
-            self._known[i, j] = name
-            self._half[i] = name, 0
-            self._half.setdefault(j, (name, 1))
+            self._lines.append(f"const real a{i} = {expression};")
+            self._keep((i, j))
         for o, column in enumerate(self._graph.results):
             self._lines += [f"res[{o}][{k}] = {self._one(i)};" for k, i in enumerate(column)]
         return self._lines
+
+    def _keep(self, pair: tuple[int, int]) -> None:
+        """The pair is held by the variable that is called after its first place."""
+        name = f"a{pair[0]}"
+        self._known[pair] = name
+        self._half[pair[0]] = name, 0
+        self._half.setdefault(pair[1], (name, 1))
 
     def _one(self, i: int) -> str:
         """The value at place i as a double."""

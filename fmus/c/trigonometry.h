@@ -114,13 +114,14 @@ static inline void gc_sincos(real x, real *sine, real *cosine) {
     s += s_low, c += c_low;
     bits odd = -(n & 1);
     *sine = gc_from_bits(gc_bits(gc_blend(odd, c, s)) ^ gc_shift_left(n & 2, 62));
+    *sine = gc_blend(gc_less(gc_fabs(x), gc_real(7.450580596923828e-09)), x, *sine); /* keeps -0 */
     *cosine = gc_from_bits(gc_bits(gc_blend(odd, s, c)) ^ gc_shift_left((n + 1) & 2, 62));
 }
 
 static inline real gc_sin(real x) {
     real s, c;
     gc_sincos(x, &s, &c);
-    return gc_blend(gc_less(gc_fabs(x), gc_real(7.450580596923828e-09)), x, s); /* keeps -0 */
+    return s;
 }
 
 static inline real gc_cos(real x) {

@@ -54,7 +54,7 @@ def test_both_versions_give_the_same_bits(built: Callable, name: str) -> None:
 @pytest.mark.parametrize("version", ["2", "3"])
 @pytest.mark.parametrize("name", COMPONENTS)
 def test_reference_results_inside_are_what_an_importer_gets(built: Callable, name: str, version: str) -> None:
-    """The files in documentation/reference, replayed with FMPy's stepping."""
+    """The files in documentation/reference, replayed with FMPy's stepping; CasADi's interpreter made them, so to rounding."""
     c, path, folder = built(name, version)
     with zipfile.ZipFile(path) as archive:
         prefix = f"documentation/reference/{c.name}_{c.variant}"
@@ -64,11 +64,11 @@ def test_reference_results_inside_are_what_an_importer_gets(built: Callable, nam
         )
     with opened(path, folder) as it:
         it.initialize()
-        assert np.array_equal(it.outputs(), y[0, 1:])
+        np.testing.assert_allclose(np.atleast_1d(it.outputs()), y[0, 1:], rtol=1e-12, atol=1e-14)
         for row, expected in zip(u, y[1:, 1:], strict=False):
             U = np.zeros((len(c.inputs), 3))
             U[:, 0] = row[1:]
-            assert np.array_equal(it.step(row[0], 0.01, U), expected)
+            np.testing.assert_allclose(np.atleast_1d(it.step(row[0], 0.01, U)), expected, rtol=1e-10, atol=1e-14)
 
 
 def test_outputs_follow_the_input_polynomial_then_new_inputs(built: Callable) -> None:

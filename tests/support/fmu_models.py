@@ -1,7 +1,9 @@
 """Small components that the exporter's tests need beside the project's own: each has one feature the others lack."""
 
 from collections.abc import Callable
+from functools import partial
 from pkgutil import resolve_name
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
@@ -9,6 +11,8 @@ import numpy as np
 from gyro_cosim.component import Component, build, input_, output, parameter, state
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.integration import Progress, first_sample, input_at
+from gyro_cosim.slaves.machine_code import MachineCode
+from gyro_cosim.systems import catalogue
 
 
 def plain(**changes: object) -> Component:
@@ -85,18 +89,50 @@ COMPONENTS: dict[str, Callable[[], Component]] = {
 }  # fmt: skip
 
 
+class Compiled:
+    """A component whose functions are machine code, as far as macro_step looks at it."""
+
+    def __init__(self, c: Component) -> None:
+        self._c, self._code = c, MachineCode(catalogue.library(c))
+        self.sample_period, self.method, self.states = c.sample_period, c.method, c.states
+        self.sample = None if c.sample is None else partial(self._call, "sample", len(c.states))
+
+    def _call(self, name: str, size: int, *arguments: Any) -> np.ndarray:
+        given, result = [np.array(np.transpose(a), dtype=float) for a in arguments], np.zeros(size)
+        P = np.zeros(self._code.prepared)
+        self._code.bound("prepare", [given[2]], P)()
+        given[2] = P
+        self._code.bound(name, [np.ascontiguousarray(a) for a in given], result)()
+        return result
+
+    def step(self, *arguments: Any) -> np.ndarray:
+        return self._call("step", len(self.states), *arguments)
+
+    def output(self, *arguments: Any) -> np.ndarray:
+        return self._call("output", len(self._c.outputs), *arguments)
+
+
 def in_process(
     c: Component, steps: list[tuple[float, float, np.ndarray]], *, internal_step: float | None = None, tolerance: float = 0.0,
     parameters: np.ndarray | None = None, state: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
-    """Outputs after each (t, h, U) in this process, shape (len(steps), n_y)."""
+    """Outputs after each (t, h, U), shape (len(steps), n_y): stepped by the definition, with the functions as machine code."""
     x, p = c.start_state if state is None else state, c.start_parameters if parameters is None else parameters
     progress, rows = Progress(first_sample(c.sample_period, steps[0][0])), []
+    code = Compiled(c)
     for t, h, U in steps:
         x, progress = macro_step(
-            c, x, U, p, t, h, internal_step=internal_step or c.internal_step, tolerance=tolerance, progress=progress
+            cast("Component", code),
+            x,
+            U,
+            p,
+            t,
+            h,
+            internal_step=internal_step or c.internal_step,
+            tolerance=tolerance,
+            progress=progress,
         )
-        rows.append(np.array(c.output(x, input_at(U, h), p)).ravel())
+        rows.append(code.output(x, input_at(U, h), p))
     return np.array(rows)
 
 

@@ -1,7 +1,7 @@
-"""A component in this process: the same CasADi functions that become the FMU's C code, evaluated here."""
+"""A component in this process: the same machine code that its FMU has, or CasADi's interpreter where there is no compiler."""
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, 
 from ..errors import SlaveError
 from .base import Linearisable, Serializable, StateSpace
 from .description import SlaveDescription
+from .machine_code import machine_code
 from .signal import Signal, Value
 
 
@@ -41,9 +42,20 @@ class ComponentSlave(Serializable, Linearisable):
         self._U = np.zeros((INPUT_DEGREE + 1, len(self.inputs)))  # CasADi reads it column by column: (n_u, 3)
         self._tau, self._h = np.zeros(1), np.zeros(1)
         self._y, self._next = np.zeros(len(self.outputs)), self._x.copy()
-        self._step = bound(component.step, [self._x, self._U, self._p, self._tau, self._h], self._next)
-        self._output = bound(component.output, [self._x, self._u, self._p], self._y)
-        self._sample = bound(component.sample, [self._x, self._u, self._p], self._x) if component.sample else None
+        code = machine_code(component)
+        self._P = np.zeros(self._p.size if code is None else code.prepared)  # parameters, and what depends on them alone
+        functions: dict[str, ca.Function | None] = {n: getattr(component, n) for n in ("step", "output", "sample")}
+
+        def ready(name: str, arguments: list[np.ndarray], result: np.ndarray) -> Callable[[], None]:
+            return bound(functions[name], arguments, result) if code is None else code.bound(name, arguments, result)
+
+        self._prepare = self._copy_parameters if code is None else code.bound("prepare", [self._p], self._P)
+        self._step = ready("step", [self._x, self._U, self._P, self._tau, self._h], self._next)
+        self._output = ready("output", [self._x, self._u, self._P], self._y)
+        self._sample = ready("sample", [self._x, self._u, self._P], self._x) if component.sample else None
+
+    def _copy_parameters(self) -> None:
+        self._P[:] = self._p
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         numbers = {name: float(value) for name, value in values.items() if isinstance(value, float | int)}
@@ -54,6 +66,7 @@ class ComponentSlave(Serializable, Linearisable):
         for rows, target in zip(tables, (self._x, self._p, self._u), strict=True):
             for i, row in enumerate(rows):
                 target[i] = numbers.get(row.name, target[i])
+        self._prepare()
         self._control = error_control(self._component, numbers.get("tolerance", 0.0))
         self._progress = Progress(first_sample(self._component.sample_period, t))
 

@@ -170,6 +170,41 @@ def fmu(spec: str) -> Path:
     return built[0]
 
 
+def library(made: Any, lanes: int = 1) -> Path:
+    """The functions of a component as a shared library for this machine, built if anything that decides on it has changed.
+
+    Parameters
+    ----------
+    made : gyro_cosim.component.Component
+        The component.
+    lanes : int
+        How many runs go side by side in it.
+
+    Returns
+    -------
+    Path
+        The file, in the user's cache.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    ValueError
+        The component has no C code, or none for lanes.
+    """
+    entry = next(iter(_entries("libraries")), None)
+    if entry is None:
+        raise RuntimeError("no package that is installed offers components as libraries")
+    file = cache_folder().parent / "library" / f"{_fingerprint(f'library {lanes}', made)}.so"
+    if not file.is_file():
+        data: bytes = entry.load()(made, lanes)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=file.parent) as scratch:
+            (Path(scratch) / "ready").write_bytes(data)
+            (Path(scratch) / "ready").replace(file)
+    return file
+
+
 def compiled(folder: Path, source: str, name: str) -> bytes:
     """A shared library for this machine of the C file `source` in `folder`, made by the installed compiler.
 
@@ -283,7 +318,7 @@ def _fingerprint(spec: str, made: Any) -> str:
     (entry, *_) = _entries("exporters")
     packages = ["gyro_cosim.component", entry.module, *([] if made is not None else [_module(spec).rpartition(".")[0]])]
     tools = (metadata.version("casadi"), metadata.version("gyro-cosim"), platform.platform(), os.environ.get("CC"))
-    digest = hashlib.sha256(repr((spec if made is None else _content(made), tools)).encode())
+    digest = hashlib.sha256(repr((spec, None if made is None else _content(made), tools)).encode())
     for package in packages:
         place = util.find_spec(package)
         for root in (place.submodule_search_locations or ()) if place else ():
