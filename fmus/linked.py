@@ -71,7 +71,7 @@ def link(
             path = Path(scratch, file)
             path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8", newline="\n")
-        libraries = compile_libraries(Path(scratch), levels, name, chosen(platforms), ("m", "dl") if loads else ("m",))
+        libraries = compile_libraries(Path(scratch), levels, name, chosen(platforms), libraries=("m", "dl") if loads else ("m",))
     return Linked(files, tuple(levels), {version: binaries(version, name, libraries) for version in VERSIONS})
 
 
