@@ -8,9 +8,9 @@ from pathlib import Path
 
 import casadi as ca
 
-from gyro_cosim.component.integration import METHODS, easy_fraction
+from gyro_cosim.component.integration import AT_REST, METHODS, easy_fraction
 
-from . import parametric, printing
+from . import parametric, printing, renaming
 from .table import Table
 
 __all__ = ["FILES", "functions", "generate", "nominal", "output_order"]
@@ -110,8 +110,9 @@ def generate(table: Table, identifier: str, *, derivatives: bool = True) -> dict
     for file, names in FILES.items():
         here = {name: available[name] for name in names if name in available and (file == "equations.c") == (name in twins)}
         texts = {f"{identifier}_{name}": function for name, function in here.items() if function.is_a("SXFunction")}
-        files[file] = printing.file(texts, prefix="static " * (file == "model.c"), side_by_side=bool(twins) and file != "model.c")
         others = {f"{identifier}_{name}": function for name, function in here.items() if not function.is_a("SXFunction")}
+        side_by_side = bool(twins) and file != "model.c" and not others  # CasADi prints for single numbers
+        files[file] = printing.file(texts, prefix="static " * (file == "model.c"), side_by_side=side_by_side)
         if others:
             files[file] += _by_casadi(table, identifier + file.removeprefix("model").removesuffix(".c"), others, work)
     apart = [n for file, names in FILES.items() if file != "model.c" for n in names if n in available and n not in EQUATIONS]
@@ -130,7 +131,7 @@ def _by_casadi(table: Table, stem: str, functions: Mapping[str, ca.Function], wo
         raise RuntimeError(f"component {table.component.spec!r}: CasADi cannot generate C code for one of its functions")
     for kind in work:
         work[kind] = max([work[kind], *(int(n) for n in re.findall(rf"_SZ_{kind} (\d+)", header))])
-    return text
+    return renaming.with_our_mathematics(text, f"component {table.component.spec!r}")
 
 
 def _data(table: Table, identifier: str, work: dict[str, int], available: Mapping[str, ca.Function], apart: Sequence[str]) -> str:
@@ -166,6 +167,7 @@ def _data(table: Table, identifier: str, work: dict[str, int], available: Mappin
         f"#define TOLERANCE {len(c.parameters) + 1}",
         f"#define ERROR_DIVISOR {2**order - 1}.0",
         f"#define EASY {_number(easy_fraction(order))}",
+        f"#define AT_REST {_number(AT_REST)}",
         f"#define MAX_OUTPUT_ORDER {output_order(table)}",
         f"#define WORK_ARGUMENTS {work['ARG']}",
         f"#define WORK_RESULTS {work['RES']}",

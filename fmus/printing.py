@@ -28,7 +28,7 @@ CALLED = {
     for name in (
         "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp",
         "expm1", "log", "log1p", "pow", "hypot", "floor", "ceil", "fabs", "sign", "copysign", "fmin", "fmax", "fmod", "lt", "le",
-        "eq", "ne", "and", "or", "not", "erf", "erfinv", "remainder",
+        "eq", "ne", "and", "or", "not", "erf", "remainder",
     )
 } | {"constpow": "gc_pow", "if_else_zero": "gc_if"}  # fmt: skip
 

@@ -29,6 +29,9 @@ static int MODEL(step)(const real **arg, real **res, int *integers, real *work, 
     for (int i = 0; i < N_X; i++) at[i] = x[i] + k3[i];
     inputs_at(U, tau + h, u);
     slope(at, u, P, h, k4);
-    for (int i = 0; i < N_X; i++) res[0][i] = x[i] + (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]) / 6;
+    for (int i = 0; i < N_X; i++) {
+        real end = x[i] + (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]) / 6;
+        res[0][i] = gc_blend(gc_less(gc_fabs(end), gc_real(AT_REST)), gc_real(0.0), end);
+    }
     return 0;
 }
