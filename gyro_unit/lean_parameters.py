@@ -15,16 +15,18 @@ __all__ = ["CENTRED_FULL", "CENTRED_SMALL", "PROGRESSIVE_FULL", "PROGRESSIVE_SMA
 _ASSUMED = "assumed, see gyro_unit/lean_parameters.py"
 
 
-def _progressive(table: tuple[Variable, ...], outer: float, unit: str) -> tuple[Variable, ...]:
-    """The table with a spring about the centre that may push outwards, and what the outer spring adds."""
+def _progressive(table: tuple[Variable, ...], outer: float, damping: float, units: tuple[str, str]) -> tuple[Variable, ...]:
+    """The table with a spring about the centre that may push outwards, and what outer spring and damper add."""
     centre = next(v for v in table if v.name == "gimbal_stiffness")
     rows = tuple(replace(v, min=-100 * centre.start, meaning=f"{v.meaning}, about the centre; below 0: it pushes outwards")
                  if v is centre else v for v in table)  # fmt: skip
     return (
         *rows,
-        parameter("outer_stiffness", outer, unit, "what the outer spring adds far from the centre, at the arm d_g", symbol="k_o",
+        parameter("outer_stiffness", outer, units[0], "what the outer spring adds far from the centre, at the arm d_g", symbol="k_o",
                   source=_ASSUMED, assumed=(0.0, 100 * outer), min=0.0, nominal=outer),
-        parameter("slot_angle", 0.3, "rad", "lean at which a quarter of the outer stiffness is there", symbol="eta_s",
+        parameter("outer_damping", damping, units[1], "what the outer damper adds far from the centre, at the arm d_g",
+                  symbol="c_o", source=_ASSUMED, assumed=(0.0, 100 * damping), min=0.0, nominal=damping),
+        parameter("slot_angle", 0.3, "rad", "lean at which a quarter of outer stiffness and damping is there", symbol="eta_s",
                   source=_ASSUMED, assumed=(0.05, 1.0), min=1e-3, display_unit="deg"),
     )  # fmt: skip
 
@@ -57,8 +59,8 @@ def _scheduled(table: tuple[Variable, ...], rate: float, limit: float) -> tuple[
     )  # fmt: skip
 
 
-PROGRESSIVE_SMALL = _progressive(SMALL, 0.03, "N.m/rad")
-PROGRESSIVE_FULL = _progressive(FULL, 5e4, "N/m")
+PROGRESSIVE_SMALL = _progressive(SMALL, 0.03, 0.02, ("N.m/rad", "N.m.s/rad"))
+PROGRESSIVE_FULL = _progressive(FULL, 5e4, 5e4, ("N/m", "N.s/m"))
 CENTRED_SMALL = _centred(SMALL, 4.5e-4, 0.02)
 CENTRED_FULL = _centred(FULL, 1.5e3, 2e3)
 SCHEDULED_SMALL = _scheduled(SMALL, 0.5, 0.01)
