@@ -22,6 +22,12 @@ from ..errors import unknown
 from .at_rest import AtRest
 
 
+START = 0.1  # 1/s, how far right of the rightmost root the search for a level begins
+LONGEST_STEP = 5.0  # where Newton leads astray on the way to the right, in the logarithm of that distance
+MOST_STEPS = 60  # of Newton; some five are needed
+CLOSE = 1e-4  # the step that is the last: Newton squares it
+
+
 @dataclass(frozen=True, eq=False)
 class Release:
     """What is let go, and what of it counts; see the module's docstring.
@@ -132,19 +138,24 @@ class Release:
         ValueError
             Where the releases do not reach the level.
         """
-        from scipy.optimize import brentq
-
         if not (np.isfinite(level) and level > 0.0):
             raise ValueError(f"`level` must be positive, got {level:g} s")
         roots = self.rest.roots(q)
-        low, gap = roots.real.max(), 1e-9 * np.abs(roots).max()
-        while self.gradient(q, low + gap)[0] > level:
-            gap *= 10.0
-        if self.gradient(q, low + gap / 10.0)[0] < level:  # within rounding of the root itself: the releases hardly excite it
-            raise ValueError(f"`level` must be one that the releases reach to the right of {low:g} 1/s, got {level:g} s")
-        s = brentq(lambda s: np.log(self.gradient(q, s)[0] / level), low + gap / 10.0, low + gap, xtol=1e-13, rtol=1e-13)
-        _, by_q, by_s = self.gradient(q, s)
-        return s, -by_q / by_s
+        low, least = float(roots.real.max()), 1e-10 * float(np.abs(roots).max())  # within it of the root all is rounding
+        left, right, x = np.log(least), np.inf, np.log(START)
+        for _ in range(MOST_STEPS):  # Newton over x = log(s - low): next to a root J is as 1 / (s - low), log J as -x
+            J, by_q, by_s = self.gradient(q, low + np.exp(x))
+            if not J > 0.0:
+                break
+            excess = np.log(J / level)
+            step = excess / (-by_s / J * np.exp(x)) if np.isfinite(J) else 1.0
+            if abs(step) < CLOSE:
+                return low + float(np.exp(x + step)), -by_q / by_s
+            left, right = (x, right) if excess > 0.0 else (left, x)
+            x = x + step if left < x + step < right else (left + right) / 2 if right < np.inf else x + LONGEST_STEP
+            if right - np.log(least) < CLOSE:  # the releases hardly excite the root
+                break
+        raise ValueError(f"`level` must be one that the releases reach to the right of {low:g} 1/s, got {level:g} s")
 
 
 def _lyapunov(A: np.ndarray, Q: np.ndarray) -> np.ndarray:
