@@ -22,8 +22,8 @@ def _progressive(table: tuple[Variable, ...], outer: float, damping: float, unit
                  if v is centre else v for v in table)  # fmt: skip
     return (
         *rows,
-        parameter("outer_stiffness", outer, units[0], "what the outer spring adds far from the centre, at the arm d_g", symbol="k_o",
-                  source=_ASSUMED, assumed=(0.0, 100 * outer), min=0.0, nominal=outer),
+        parameter("outer_stiffness", outer, units[0], "what the outer spring adds far from the centre, at the arm d_g",
+                  symbol="k_o", source=_ASSUMED, assumed=(0.0, 100 * outer), min=0.0, nominal=outer),
         parameter("outer_damping", damping, units[1], "what the outer damper adds far from the centre, at the arm d_g",
                   symbol="c_o", source=_ASSUMED, assumed=(0.0, 100 * damping), min=0.0, nominal=damping),
         parameter("slot_angle", 0.3, "rad", "lean at which a quarter of outer stiffness and damping is there", symbol="eta_s",

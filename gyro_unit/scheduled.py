@@ -3,7 +3,7 @@
 The unit knows of the curvature what its connector tells: the frame's yaw rate, v / R in a curve, filtered.
 
     r' = (psi' - r) / T_f                                                       (1)  filter
-    W_s = Omega [f + (1 - f) / (1 + (r / r_s)^4)]                               (2)  spin wanted: Omega straight, f Omega in curves
+    W_s = Omega [f + (1 - f) / (1 + (r / r_s)^4)]                               (2)  spin wanted, in a tight curve f Omega
     T = T_max tanh(C (W_s - W) / (T_w T_max)),   C W' = T                       (3)  motor, and the rotor's absolute spin W
     I_y omega_y' = -k eta - c eta' - C W omega_z1                               (4)  inner gimbal
     M = -T e_x1 + C W omega_y e_z1 + (k eta + c eta') e_y                       (5)  moment on the carrying frame

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from frames import AXES, driven, sine
+from frames import AXES, Rate, driven, sine
 
 from gyro_cosim.gyro_unit.mount import CONNECTOR
 from gyro_cosim.systems import catalogue
@@ -12,13 +12,14 @@ RATES = {axis: sine(0.3, 2.0 + i) for i, axis in enumerate(AXES)}
 MOMENTS = [f"{axis}_moment" for axis in AXES]
 
 
-def turning(rate: float):  # noqa: ANN201
+def turning(rate: float) -> Rate:
     """A constant rate, its derivatives zero."""
     return lambda t: (rate, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(("unit", "values"), [
-    ("progressive", {"outer_stiffness": 0.0, "outer_damping": 0.0}), ("centred", {"centring_gain": 0.0}), ("scheduled", {"curve_spin": 1.0}),
+    ("progressive", {"outer_stiffness": 0.0, "outer_damping": 0.0}),
+    ("centred", {"centring_gain": 0.0}), ("scheduled", {"curve_spin": 1.0}),
 ])  # fmt: skip
 def test_without_what_it_adds_each_is_the_nonlinear_unit(unit: str, values: dict[str, float]) -> None:
     plain, other = driven("gyro_unit:nonlinear", RATES, stop=3.0), driven(f"gyro_unit:{unit}", RATES, stop=3.0, **values)
@@ -44,7 +45,8 @@ def test_progressive_spring_and_damper_are_soft_about_the_centre_and_stiff_outsi
     def added(angle: float) -> tuple[float, float]:
         e = 1e-5
         torque = [still("gyro_unit:progressive", a, **values)["pitch_moment"] for a in (angle - e, angle + e)]
-        return (torque[1] - torque[0]) / (2 * e) + 2.0, still("gyro_unit:progressive", angle, 1.0, **values)["dissipated_power"] - 0.1
+        heat = still("gyro_unit:progressive", angle, 1.0, **values)["dissipated_power"]
+        return (torque[1] - torque[0]) / (2 * e) + 2.0, heat - 0.1
 
     for angle, share in ((0.0, 0.0), (0.2, 0.25), (-0.2, 0.25), (20.0, 1.0)):
         stiffness, damping = added(angle)
@@ -91,10 +93,12 @@ def test_spin_follows_the_schedule_and_the_motor_pays_for_it() -> None:
     paid = np.trapezoid(y["motor_power"], t)
     assert paid < 0.0  # slower: it brakes
     assert paid == pytest.approx(change, rel=1e-4)  # trapezoidal rule at 1 ms
-    faster = driven("gyro_unit:scheduled", {"yaw": turning(rate)}, stop=30.0, rotor_speed=Omega, curve_spin=1.5, schedule_rate=r_s)
+    faster = driven(
+        "gyro_unit:scheduled", {"yaw": turning(rate)}, stop=30.0, rotor_speed=Omega, curve_spin=1.5, schedule_rate=r_s
+    )
     assert np.trapezoid(faster["motor_power"], t) > 0.0
-    quarter = C * (Omega**2 - wanted**2) / 2
-    assert -paid == pytest.approx(quarter, rel=0.05)  # the frame takes part in it by T sin(eta) psi'
+    kinetic = C * (Omega**2 - wanted**2) / 2
+    assert -paid == pytest.approx(kinetic, rel=0.05)  # the frame takes part in it by T sin(eta) psi'
 
 
 def test_moments_of_the_scheduled_unit_are_the_change_of_its_rotors_momentum() -> None:

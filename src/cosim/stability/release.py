@@ -21,7 +21,6 @@ import numpy as np
 from ..errors import unknown
 from .at_rest import AtRest
 
-
 START = 0.1  # 1/s, how far right of the rightmost root the search for a level begins
 LONGEST_STEP = 5.0  # where Newton leads astray on the way to the right, in the logarithm of that distance
 MOST_STEPS = 60  # of Newton; some five are needed
