@@ -1,5 +1,6 @@
 """A coupled system as one FMU: the bits of a run of the system, in other importers and as a part of a larger system."""
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from gyro_cosim.check import check_fmu
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.export import pack_fmu
 from gyro_cosim.fmus.compiler import host
+from gyro_cosim.slaves import linearisation, open_slave
 from gyro_cosim.systems import StopWhen, catalogue
 
 ALGORITHMS = [A(k) for A in (Jacobi, GaussSeidel, Nepce) for k in range(3)]
@@ -202,8 +204,71 @@ def test_a_stop_condition_ends_the_run(tmp_path: Path) -> None:
     np.testing.assert_array_equal(whole.trajectory["pair.left.position"], run.trajectory["left.position"])
 
 
+@pytest.mark.parametrize("name", ["oscillators", "wheel-pair.fmi3"])
+def test_directional_derivatives_are_those_of_the_system_coupled_continuously(
+    packed: Callable[[str], tuple[System, Path]], name: str, tmp_path: Path
+) -> None:
+    """Outputs and derivatives of all states, along states and inputs of the whole, against central differences of them."""
+    file = packed(name)[1]
+    with opened(file, tmp_path) as it:
+        read = it.description
+        states = [v.derivative.name for v in read.modelVariables if v.derivative is not None]
+        unknowns = [v.name for v in read.modelVariables if v.derivative is not None] + it.names["output"]
+        knowns = [*states, *it.names["input"]]
+        assert len(states) >= 2
+        if it.version == "2":
+            it.fmu.setupExperiment(startTime=0.0)
+        it.fmu.enterInitializationMode()
+        base = it.get(*knowns)
+        derivative = it.fmu.getDirectionalDerivative
+        for j, known in enumerate(knowns):
+            one = np.array(derivative([it.vr[n] for n in unknowns], [it.vr[known]], [1.0]))
+            d = 1e-4
+            ends = []
+            for side in (d, -d):
+                it.set(**{known: base[j] + side})
+                ends.append(it.get(*unknowns))
+            it.set(**{known: base[j]})
+            np.testing.assert_allclose(one, (ends[0] - ends[1]) / (2 * d), rtol=1e-5, atol=1e-6, err_msg=known)
+
+
+def test_the_whole_is_linearised_as_a_component(tmp_path: Path) -> None:
+    """Newton's Jacobian and the stability margin take it from there: the matrix of the two masses."""
+    (file,) = pack_fmu(oscillators.pair(), tmp_path)
+    slave = open_slave("whole", str(file))
+    try:
+        slave.initialize({}, 0.0, 1.0)
+        space = linearisation(slave)
+    finally:
+        slave.close()
+    assert space is not None
+    exact = [[0, 1, 0, 0], [-70, -1, 30, 0.6], [0, 0, 0, 1], [30 / 1.5, 0.6 / 1.5, -90 / 1.5, -1.1 / 1.5]]
+    np.testing.assert_allclose(space.A, exact, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(space.C, [[1, 0, 0, 0], [0, 1, 0, 0], [-30, -0.6, 30, 0.6]], rtol=1e-12, atol=1e-12)
+
+
 def test_an_fmu_without_a_library_for_the_platform_is_refused(tmp_path: Path) -> None:
     plan = exported(oscillators.pair(), ("2", "2"), tmp_path)
     other = next(name for name in ("x86_64-windows", "aarch64-linux") if name != host().name)
     with pytest.raises(ValueError, match=r"of 'left' must hold a binary for (win64|aarch64-linux), has "):
         pack_fmu(plan, tmp_path / "out", platforms=(other,))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="libcosimpy has wheels for Linux only")
+def test_libcosim_gets_the_same_bits(packed: Callable[[str], tuple[System, Path]]) -> None:
+    pytest.importorskip("libcosimpy", reason="has no wheel for this Python")
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    plan, file = packed("wheel-pair")
+    run = simulate(plan, step=1e-3, stop=0.1).trajectory
+    execution = CosimExecution.from_step_size(step_size=1_000_000)  # ns
+    slave = execution.add_local_slave(CosimLocalSlave(fmu_path=str(file), instance_name="whole"))
+    references = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    for row in run.values[1:]:
+        assert execution.step(1)
+        got = observer.last_real_values(slave_index=slave, variable_references=[references[n] for n in run.names])
+        np.testing.assert_array_equal(got, row)

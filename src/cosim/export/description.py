@@ -1,5 +1,6 @@
 """modelDescription.xml of a coupled system's FMU, of FMI 2.0 and FMI 3.0."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
@@ -67,7 +68,7 @@ def fmi2(system: System, components: Sequence[Packed], variables: Variables, ide
         "modelIdentifier": identity.identifier, "canNotUseMemoryManagementFunctions": "true", "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0", "canHandleVariableCommunicationStepSize": can["every length"],
         "canBeInstantiatedOnlyOncePerProcess": can["once"], "canGetAndSetFMUstate": can["restore"],
-        "canSerializeFMUstate": can["serialize"], "providesDirectionalDerivative": "false",
+        "canSerializeFMUstate": can["serialize"], "providesDirectionalDerivative": str(variables.derivable).lower(),
     })  # fmt: skip
     if identity.sources:
         files = ET.SubElement(interface, "SourceFiles")
@@ -83,19 +84,20 @@ def fmi2(system: System, components: Sequence[Packed], variables: Variables, ide
             ET.SubElement(kind, "Item", name=item, value=str(value))
     _write_log_categories(root)
     _write_experiment(root, system)
-    listed = ET.SubElement(root, "ModelVariables")
+    listed, states = ET.SubElement(root, "ModelVariables"), dict(variables.derivatives)
     for reference, v in enumerate(variables.all):
         if v.kind != "time":  # optional in FMI 2.0, and FMI Library wants a start value that it must not have
             element = ET.SubElement(listed, "ScalarVariable", _attributes(v, reference))
-            ET.SubElement(element, _TAGS[v.type], _value(v, units, enumerations, bounds=v.type in ("real", "integer")))
+            of_type = _value(v, units, enumerations, bounds=v.type in ("real", "integer"))
+            ET.SubElement(element, _TAGS[v.type], of_type | _of_state(reference, states))
     structure = ET.SubElement(root, "ModelStructure")
-    place = {(v.kind, v.index): reference for reference, v in enumerate(variables.all)}  # time, the first, is not in the list
-    for tag, rows in (("Outputs", _outputs(variables)), ("InitialUnknowns", _initial(variables))):
+    for tag, rows in (
+        ("Outputs", _outputs(variables)), ("Derivatives", _derivatives(variables)), ("InitialUnknowns", _initial(variables)),
+    ):  # fmt: skip
         parent = ET.SubElement(structure, tag) if rows else None
-        for k, known in rows:
+        for reference, known in rows:
             assert parent is not None
-            attributes = {"index": str(place["output", k]), "dependencies": " ".join(map(str, known))}
-            ET.SubElement(parent, "Unknown", attributes)
+            ET.SubElement(parent, "Unknown", {"index": str(reference), **_known(known)})  # time, the first, is not in the list
     return _document(root)
 
 
@@ -119,6 +121,7 @@ def fmi3(system: System, components: Sequence[Packed], variables: Variables, ide
         "modelIdentifier": identity.identifier, "canBeInstantiatedOnlyOncePerProcess": can["once"],
         "canGetAndSetFMUState": can["restore"], "canSerializeFMUState": can["serialize"],
         "canHandleVariableCommunicationStepSize": can["every length"], "maxOutputDerivativeOrder": "0", "hasEventMode": "false",
+        "providesDirectionalDerivatives": str(variables.derivable).lower(),
     })  # fmt: skip
     units = _units(variables.all)
     _write_units(root, units)
@@ -130,19 +133,20 @@ def fmi3(system: System, components: Sequence[Packed], variables: Variables, ide
             ET.SubElement(kind, "Item", name=item, value=str(value))
     _write_log_categories(root)
     _write_experiment(root, system)
-    listed = ET.SubElement(root, "ModelVariables")
+    listed, states = ET.SubElement(root, "ModelVariables"), dict(variables.derivatives)
     for reference, v in enumerate(variables.all):
         of_type = _value(v, units, enumerations, bounds=v.type in ("real", "integer"))
         text = of_type.pop("start", "") if v.type == "string" else ""
-        element = ET.SubElement(listed, _TAGS_3[v.type], _attributes(v, reference) | of_type)
+        element = ET.SubElement(listed, _TAGS_3[v.type], _attributes(v, reference) | of_type | _of_state(reference, states))
         if v.type == "string":
             ET.SubElement(element, "Start", value=text)
     structure = ET.SubElement(root, "ModelStructure")
-    place = {(v.kind, v.index): reference for reference, v in enumerate(variables.all)}
-    for tag, rows in (("Output", _outputs(variables)), ("InitialUnknown", _initial(variables))):
-        for k, known in rows:
-            attributes = {"valueReference": str(place["output", k]), "dependencies": " ".join(map(str, known))}
-            ET.SubElement(structure, tag, attributes)
+    for tag, rows in (
+        ("Output", _outputs(variables)), ("ContinuousStateDerivative", _derivatives(variables)),
+        ("InitialUnknown", _initial(variables)),
+    ):  # fmt: skip
+        for reference, known in rows:
+            ET.SubElement(structure, tag, {"valueReference": str(reference), **_known(known)})
     return _document(root)
 
 
@@ -242,6 +246,11 @@ def _attributes(v: Variable, reference: int) -> dict[str, str]:
     return attributes | ({"initial": v.initial} if v.initial else {})
 
 
+def _of_state(reference: int, states: Mapping[int, int]) -> dict[str, str]:
+    """The attribute of a derivative that names its state."""
+    return {"derivative": str(states[reference])} if reference in states else {}
+
+
 def _value(
     v: Variable, units: Mapping[str, Unit | None], enumerations: Mapping[tuple[tuple[str, int], ...], str], *, bounds: bool
 ) -> dict[str, str]:
@@ -258,24 +267,48 @@ def _value(
     return found | ({"start": text(v.start)} if v.start is not None else {})
 
 
-def _outputs(variables: Variables) -> list[tuple[int, list[int]]]:
-    """Each output in Y with the references of what it depends on at communication points."""
-    reference = {v.index: k for k, v in enumerate(variables.all) if v.kind == "input"}
-    return [(k, [reference[e] for e in known]) for k, known in variables.outputs_depend()]
+Unknown = tuple[int, list[int] | None]  # value reference, and those that it depends on; None: they are not told
 
 
-def _initial(variables: Variables) -> list[tuple[int, list[int]]]:
-    """The calculated ones in initialization mode: what decides on a component may decide on its outputs."""
-    calculated = {v.index for v in variables.all if v.kind == "output" and v.start is None}
-    rows = []
-    for k, known in variables.outputs_depend(start=True):
-        behind = variables.sources(k)
-        depends = [
-            reference
-            for reference, v in enumerate(variables.all)
-            if (v.kind == "input" and v.index in known)
-            or (v.component in behind and v.kind in ("forwarded", "output") and v.start is not None)
-        ]
-        if k in calculated:
-            rows.append((k, depends))
+def _known(references: list[int] | None) -> dict[str, str]:
+    return {} if references is None else {"dependencies": " ".join(map(str, references))}
+
+
+def _outputs(variables: Variables) -> list[Unknown]:
+    """Each output with what it depends on at communication points."""
+    states = {(variables.all[state].component, variables.all[state].reference): state for _, state in variables.derivatives}
+    inputs = _inputs(variables)
+    rows: list[Unknown] = []
+    for reference, v in enumerate(variables.all):
+        if v.kind == "output":
+            reach = variables.reach(v.index)
+            known = [inputs[place] for place in reach.inputs] + [states[s] for s in reach.states if s in states]
+            rows.append((reference, sorted(known)))
+    return rows
+
+
+def _inputs(variables: Variables) -> dict[tuple[int, int], int]:
+    """Value references of the unconnected inputs, by component and place among its inputs."""
+    return {variables.external[v.index]: reference for reference, v in enumerate(variables.all) if v.kind == "input"}
+
+
+def _derivatives(variables: Variables) -> list[Unknown]:
+    return [(derivative, None) for derivative, _ in variables.derivatives]
+
+
+def _initial(variables: Variables) -> list[Unknown]:
+    """What is calculated in initialization mode: all that decides on a component may decide on its outputs."""
+    inputs = _inputs(variables)
+    settable: dict[int, list[int]] = defaultdict(list)
+    for reference, v in enumerate(variables.all):
+        if v.kind in ("forwarded", "output") and v.start is not None:
+            settable[v.component].append(reference)
+    rows: list[Unknown] = []
+    for reference, v in enumerate(variables.all):
+        if v.kind == "derivative":
+            rows.append((reference, None))
+        elif v.kind == "output" and v.start is None:
+            reach = variables.reach(v.index, start=True)
+            known = [inputs[place] for place in reach.inputs] + [k for i in reach.components for k in settable[i]]
+            rows.append((reference, sorted(known)))
     return rows

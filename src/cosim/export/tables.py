@@ -60,6 +60,7 @@ def system_data(
         f"#define MIN_STEP {system.step / LEAST!r}",
         f"#define ALL_RESTORE {int(all(part.slave.can_restore for part in components))}",
         f"#define ALL_SERIALIZE {int(all(part.slave.can_serialize for part in components))}",
+        f"#define ALL_DERIVE {int(variables.derivable)}",
         f"#define EVERY_LENGTH {int(all(part.model.can('canHandleVariableCommunicationStepSize') for part in components))}",
     ]
     sequence = network.sequence(algorithm.sequence) if isinstance(algorithm, GaussSeidel) else network.order

@@ -20,7 +20,7 @@ from ..slaves.fmi.signals import read as start_of
 from ..systems import System
 from .components import Packed
 
-__all__ = ["ALGORITHMS", "LEAST", "Variable", "Variables"]
+__all__ = ["ALGORITHMS", "LEAST", "Reach", "Variable", "Variables"]
 
 ALGORITHMS = {"jacobi": 1, "gauss-seidel": 2, "nepce": 3}
 ABOUT = (
@@ -39,7 +39,8 @@ class Variable:
     Parameters
     ----------
     kind : str
-        "time", "algorithm", "degree", "macro_step", "input", "output", or "forwarded" for what a component is asked itself.
+        "time", "algorithm", "degree", "macro_step", "input", "output", "derivative" of a state, or "forwarded" for what else a
+        component is asked itself.
     name, type, description, unit : str
         Type "real", "integer", "enumeration", "boolean" or "string".
     causality, variability, initial : str
@@ -52,6 +53,8 @@ class Variable:
         Place among the unconnected inputs, or in Y.
     start : float, str or None
         None where it is calculated.
+    state : int
+        Of a derivative, the value reference of its state in the component; else -1.
     """
 
     kind: str
@@ -70,6 +73,7 @@ class Variable:
     min: float | None = None
     max: float | None = None
     items: tuple[tuple[str, int], ...] = field(default=())
+    state: int = -1
 
 
 class Variables:
@@ -90,6 +94,18 @@ class Variables:
     def __init__(self, system: System, network: Network, components: Sequence[Packed], algorithm: Algorithm) -> None:
         self._system, self._network, self._components, self._algorithm = system, network, components, algorithm
         self.external = tuple((i, j) for i, part in enumerate(components) for j in part.unconnected)
+
+    @property
+    def derivable(self) -> bool:
+        """Whether every component gives directional derivatives, so that the whole can."""
+        names = "providesDirectionalDerivative", "providesDirectionalDerivatives"
+        return all(any(part.model.can(name) for name in names) for part in self._components)
+
+    @cached_property
+    def derivatives(self) -> list[tuple[int, int]]:
+        """Value references of each derivative and of its state; none where the whole has no directional derivatives."""
+        place = {(v.component, v.reference): k for k, v in enumerate(self.all) if v.kind in ("output", "forwarded")}
+        return [(k, place[v.component, v.state]) for k, v in enumerate(self.all) if v.kind == "derivative"]
 
     @cached_property
     def all(self) -> tuple[Variable, ...]:
@@ -116,6 +132,7 @@ class Variables:
         given = {row.name: value for row, value in part.given}
         inputs = {part.slave.inputs[j].name: j for j in part.unconnected}
         first = self._network.slices[i].start
+        states = {derivative: state for state, derivative in part.model.states} if self.derivable else {}
         outputs = {signal.name: first + k for k, signal in enumerate(part.slave.outputs)}
         for row in part.model.rows:
             start = given.get(row.name, start_of(row, row.start[0]) if row.start else None)
@@ -126,56 +143,71 @@ class Variables:
             elif row.name in inputs:
                 start = float(self._network.start_inputs(i)[inputs[row.name]])
                 yield self._variable(i, row, "input", self.external.index((i, inputs[row.name])), start, "")
+            elif row.reference in states and row.causality == "local":
+                yield self._variable(i, row, "derivative", 0, None, "calculated", states[row.reference])
+            elif row.reference in states.values() and not row.settable:
+                yield self._variable(i, row, "forwarded", 0, None, "calculated")
             elif row.causality != "input" and row.settable and row.type in TYPES and not row.shape and start is not None:
                 yield self._variable(i, row, "forwarded", 0, start, row.initial)
 
-    def _variable(self, i: int, row: Row, kind: str, index: int, start: float | str | bytes | None, initial: str) -> Variable:
+    def _variable(
+        self, i: int, row: Row, kind: str, index: int, start: float | str | bytes | None, initial: str, state: int = -1
+    ) -> Variable:
         name = f"{self._components[i].name}.{row.name}"
+        if state >= 0 and row.name.startswith("der("):  # as FMI writes the derivative of something with a dot
+            name = f"der({self._components[i].name}.{row.name.removeprefix('der(')}"
         value = start if isinstance(start, str) or start is None else float(start)
         return Variable(
             kind, name, TYPES[row.type], row.description, row.causality, row.variability, initial, row.unit, row.definition,
-            i, row.reference, index, value, row.min, row.max, row.items,
+            i, row.reference, index, value, row.min, row.max, row.items, state,
         )  # fmt: skip
 
     # ---- what depends on what
 
-    def outputs_depend(self, *, start: bool = False) -> list[tuple[int, list[int]]]:
-        """For each output in Y the unconnected inputs that it depends on directly, as places in `external`.
-
-        start : in initialization mode instead of at communication points.
-        """
-        return [(k, sorted(self.external.index(e) for e in self._reach(start)[k][0])) for k in range(len(self._network.names))]
-
-    def sources(self, k: int) -> set[int]:
-        """The components that decide on output k in initialization mode."""
-        return self._reach(True)[k][1]
-
-    def _reach(self, start: bool) -> list[tuple[set[tuple[int, int]], set[int]]]:
+    def reach(self, k: int, *, start: bool = False) -> "Reach":
+        """What output k in Y depends on; `start`: in initialization mode instead of at communication points."""
         if start not in self._reached:
-            self._reached[start] = [self._followed(k, start, {}) for k in range(len(self._network.names))]
-        return self._reached[start]
+            self._reached[start] = {}
+        return self._followed(k, start, self._reached[start])
 
     @cached_property
-    def _reached(self) -> dict[bool, list[tuple[set[tuple[int, int]], set[int]]]]:
+    def _reached(self) -> dict[bool, dict[int, "Reach"]]:
         return {}
 
-    def _followed(
-        self, k: int, start: bool, known: dict[int, tuple[set[tuple[int, int]], set[int]]]
-    ) -> tuple[set[tuple[int, int]], set[int]]:
-        """The unconnected inputs and the components behind output k; there are no loops."""
+    def _followed(self, k: int, start: bool, known: dict[int, "Reach"]) -> "Reach":
+        """There are no loops, so this ends."""
         if k in known:
             return known[k]
         i = int(np.searchsorted([part.stop for part in self._network.slices], k, side="right"))
-        slave = self._components[i].slave
-        row = (slave.initial_feedthrough if start else slave.feedthrough)[k - self._network.slices[i].start]
+        part, place = self._components[i], k - self._network.slices[i].start
+        row = (part.slave.initial_feedthrough if start else part.slave.feedthrough)[place]
         source = {j: y for y, j, _, _ in self._network.wires(i)}
-        inputs: set[tuple[int, int]] = set()
-        behind = {i}
-        for j in np.flatnonzero(row):
-            if int(j) in source:
-                more, further = self._followed(source[int(j)], start, known)
-                inputs, behind = inputs | more, behind | further
-            else:
-                inputs = inputs | {(i, int(j))}
-        known[k] = inputs, behind
-        return known[k]
+        stated = part.model.dependencies.get(part.slave.outputs[place].name)
+        states = {r.reference for r in part.model.rows if stated is None or r.name in stated}
+        found = Reach(frozenset(), frozenset({i}), frozenset((i, state) for state, _ in part.model.states if state in states))
+        for j in map(int, np.flatnonzero(row)):
+            more = (
+                self._followed(source[j], start, known) if j in source else Reach(frozenset({(i, j)}), frozenset(), frozenset())
+            )
+            found = Reach(found.inputs | more.inputs, found.components | more.components, found.states | more.states)
+        known[k] = found
+        return found
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What an output depends on directly.
+
+    Parameters
+    ----------
+    inputs : frozenset of (int, int)
+        Unconnected inputs: component, place among its inputs.
+    components : frozenset of int
+        Its own and those whose outputs feed through to it.
+    states : frozenset of (int, int)
+        Component, value reference there.
+    """
+
+    inputs: frozenset[tuple[int, int]]
+    components: frozenset[int]
+    states: frozenset[tuple[int, int]]

@@ -14,6 +14,7 @@ static void prepare_loop(System *m);
 #include "states.c"
 #include "cold.c"
 #include "steps.c"
+#include "derivatives.c"
 #include "values.c"
 #include "system_fmi2.c"
 #include "system_fmi3.c"

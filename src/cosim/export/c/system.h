@@ -91,7 +91,7 @@ typedef struct {
     double start;
 } External;
 
-typedef enum { TIME, ALGORITHM, DEGREE, MACRO_STEP, INPUT, OUTPUT, FORWARDED } Kind;
+typedef enum { TIME, ALGORITHM, DEGREE, MACRO_STEP, INPUT, OUTPUT, DERIVATIVE, FORWARDED } Kind;
 
 /* A row of the value reference table. FORWARDED: a variable of a component, which is asked itself. */
 typedef struct {
@@ -156,6 +156,8 @@ struct System {
     int64_t jacobi_sequence[AT_LEAST_ONE(N_COMPONENTS)];
     double seconds_spent[AT_LEAST_ONE(N_COMPONENTS)];
     int64_t failure[3];
+    double seeds[N_VARIABLES + N_WIRES], rates[N_VARIABLES]; /* of directional derivatives */
+    uint32_t seeded[N_VARIABLES + N_WIRES], asked[N_VARIABLES];
     /* used by the interfaces of FMI only */
     char *name, *resources;
     const void *callbacks;

@@ -126,8 +126,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReferenc
                                         const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[],
                                         fmi2Real value[]) {
     CHECK(RUNNING);
-    (void)unknown, (void)n_unknown, (void)known, (void)n_known, (void)seed, (void)value;
-    return (fmi2Status)fail(m, __func__, "the system gives no directional derivatives");
+    return (fmi2Status)sensitivity(m, __func__, unknown, n_unknown, known, n_known, seed, value);
 }
 
 /* ---- the whole state ----------------------------------------------------------------------------------------------- */

@@ -11,9 +11,6 @@
 ABSENT(fmi3GetNumberOfVariableDependencies, "dependencies stand in modelDescription.xml", fmi3ValueReference vr, size_t *n)
 ABSENT(fmi3GetVariableDependencies, "dependencies stand in modelDescription.xml", fmi3ValueReference vr, size_t element[],
        fmi3ValueReference independent[], size_t independent_element[], fmi3DependencyKind kind[], size_t n)
-ABSENT(fmi3GetDirectionalDerivative, "the system gives no directional derivatives", const fmi3ValueReference unknown[],
-       size_t n_unknown, const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
-       fmi3Float64 value[], size_t n_value)
 ABSENT(fmi3GetAdjointDerivative, "the system gives no adjoint derivatives", const fmi3ValueReference unknown[], size_t n_unknown,
        const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed, fmi3Float64 value[], size_t n_value)
 ABSENT(fmi3UpdateDiscreteStates, "there is no event mode", fmi3Boolean *more, fmi3Boolean *ends, fmi3Boolean *nominals,
@@ -28,6 +25,14 @@ ABSENT(fmi3GetNominalsOfContinuousStates, "the system is for Co-Simulation only"
 ABSENT(fmi3GetNumberOfEventIndicators, "the system is for Co-Simulation only", size_t *n)
 ABSENT(fmi3GetNumberOfContinuousStates, "the system is for Co-Simulation only", size_t *n)
 ABSENT(fmi3ActivateModelPartition, "the system has no clocks", fmi3ValueReference clock, fmi3Float64 time)
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknown[], size_t n_unknown,
+                                        const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed,
+                                        fmi3Float64 value[], size_t n_value) {
+    CHECK(RUNNING);
+    if (n_seed != n_known || n_value != n_unknown) return (fmi3Status)fail(m, __func__, "wrong number of seeds or sensitivities");
+    return (fmi3Status)sensitivity(m, __func__, unknown, n_unknown, known, n_known, seed, value);
+}
 
 /* ---- the whole state ----------------------------------------------------------------------------------------------- */
 

@@ -21,6 +21,11 @@ static Status get_one(System *m, const char *function, const Variable *v, double
             if (m->s.mode != FAILED && m->s.mode != STEP_FAILED) status = refresh(m, function);
             *value = newest(m)[v->index];
             return status;
+        case DERIVATIVE: /* for the inputs of this point, which the component may not have been given yet */
+            if (m->s.mode == INSTANTIATED || m->s.mode == FAILED || m->s.mode == STEP_FAILED) break;
+            if ((status = refresh(m, function)) == OK) status = evaluate(m, function, v->component, newest(m), 1);
+            if (status != OK) return status;
+            break;
         case FORWARDED: break;
     }
     switch (v->type) {
