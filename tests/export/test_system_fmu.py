@@ -13,7 +13,7 @@ import pytest
 import small_fmus
 from fmu_opening import opened
 
-from gyro_cosim import GaussSeidel, Jacobi, Newton, System, SystemComponent, fmus, simulate, system
+from gyro_cosim import Connection, GaussSeidel, Jacobi, Newton, System, SystemComponent, fmus, simulate, system
 from gyro_cosim.check import check_fmu
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.export import pack_fmu
@@ -96,6 +96,21 @@ def test_a_step_that_is_no_whole_number_of_macro_steps_ends_with_a_shorter_one(
         fmu.initialize(macro_step=2e-3)
         fmu.step(0.0, 0.0125)
         np.testing.assert_array_equal(fmu.get(*run.names), run.values[-1])
+
+
+def test_two_components_of_one_name_do_not_meet(tmp_path: Path) -> None:
+    """From two files that differ in a number: their C functions are called alike."""
+    text = Path(oscillators.HERE).read_text(encoding="utf-8")
+    other = tmp_path / "harder.py"
+    other.write_text(text.replace("40.0", "80.0"), encoding="utf-8")
+    parts = (SystemComponent("soft", f"{oscillators.HERE}:left"), SystemComponent("hard", f"{other}:left"))
+    plan = System("s", parts, (), step=1e-3, stop=0.2)
+    (file,) = pack_fmu(plan, tmp_path)
+    run = simulate(plan).trajectory
+    result = in_fmpy(file, 0.2, 1e-3, list(run.names))
+    for signal in run.names:
+        np.testing.assert_array_equal(result[signal], run[signal], err_msg=signal)
+    assert not np.array_equal(run["soft.position"], run["hard.position"])
 
 
 @pytest.mark.parametrize(
@@ -247,6 +262,24 @@ def test_the_whole_is_linearised_as_a_component(tmp_path: Path) -> None:
     np.testing.assert_allclose(space.C, [[1, 0, 0, 0], [0, 1, 0, 0], [-30, -0.6, 30, 0.6]], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("make", "rule"),
+    [
+        (lambda folder: small_fmus.mixed(folder), "outputs must be continuous, a.count is held"),
+        (lambda folder: small_fmus.arrays(folder), "outputs must be continuous, a.tiny_out is held"),
+        (lambda folder: f"{oscillators.HERE}:crossed", "must have no algebraic loop"),
+    ],
+    ids=["types", "arrays", "loop"],
+)
+def test_systems_that_the_kernel_cannot_run_are_refused(make: Callable[[Path], Path], rule: str, tmp_path: Path) -> None:
+    wires = (Connection(("a", "y"), ("a", "u")),) if rule.endswith("loop") else ()
+    plan = System("s", (SystemComponent("a", str(make(tmp_path))),), wires)
+    with pytest.raises(ValueError, match=rule) as caught:
+        pack_fmu(plan, tmp_path / "out")
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
 def test_an_fmu_without_a_library_for_the_platform_is_refused(tmp_path: Path) -> None:
     plan = exported(oscillators.pair(), ("2", "2"), tmp_path)
     other = next(name for name in ("x86_64-windows", "aarch64-linux") if name != host().name)
@@ -272,3 +305,38 @@ def test_libcosim_gets_the_same_bits(packed: Callable[[str], tuple[System, Path]
         assert execution.step(1)
         got = observer.last_real_values(slave_index=slave, variable_references=[references[n] for n in run.names])
         np.testing.assert_array_equal(got, row)
+
+
+def test_the_command_line_packs_and_runs_it(cosim: Callable[..., Any]) -> None:
+    """What it starts with is given; the FMU runs alone, and `info` shows its parameters."""
+    options = ("--algorithm", "nepce", "--degree", "0", "--step", "2ms", "--set", "gyro.rotor_speed=200rpm")
+    code, out, err = cosim("pack", "wheel-pair", "--as-fmu", *options, "-o", "whole.fmu")
+    assert (code, out, err) == (0, "wrote whole.fmu\n", "")
+    code, out, _ = cosim("info", "whole.fmu")
+    assert code == 0
+    assert "macro_step" in out
+    plan = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
+    run = simulate(plan, algorithm=Nepce(0), step=2e-3, stop=0.1).trajectory
+    result = in_fmpy(Path("whole.fmu"), 0.1, 2e-3, list(run.names))
+    for signal in run.names:
+        np.testing.assert_array_equal(result[signal], run[signal], err_msg=signal)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("--fmi", "3"), "cosim: --fmi has no effect without --as-fmu, got '3'"),
+        (("--as-fmu", "--fmi", "4"), "cosim: --fmi must be 2, 3 or both, got '4'"),
+        (
+            ("--as-fmu", "--algorithm", "iterated"),
+            "cosim: algorithm of a system as one FMU must be one of jacobi, gauss-seidel, nepce, got 'iterated'",
+        ),
+        (
+            ("--as-fmu", "--fmi", "both", "-o", "one.fmu"),
+            "cosim: two versions of FMI must go into a folder, got the file 'one.fmu'",
+        ),
+    ],
+)
+def test_wrong_use_of_pack_is_one_line(cosim: Callable[..., Any], arguments: Sequence[str], line: str) -> None:
+    code, out, err = cosim("pack", "wheel-pair", *arguments)
+    assert (code, out, " ".join(err.split())) == (2, "", line)

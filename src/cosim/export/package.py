@@ -113,12 +113,19 @@ def pack_fmu(
 
 
 def _sources(components: Sequence[Packed]) -> dict[str, dict[str, str]]:
-    """The C files of every linked FMU, by the prefix of its functions."""
+    """The C files of every linked FMU, by the prefix of its functions; no two have a function in common."""
     found = {}
+    identifiers = {part.location: part.model.interfaces["CoSimulation"]["modelIdentifier"] for part in components}
+    taken: set[str] = set()
     for location, prefix in tables.prefixes(components).items():
         with archive.opened(location) as members:
             names = sorted(name for name in members.namelist() if name.startswith("sources/") and name.endswith((".c", ".h")))
-            found[prefix] = {name.removeprefix("sources/"): members.read(name).decode() for name in names}
+            files = {name.removeprefix("sources/"): members.read(name).decode() for name in names}
+        identifier = identifiers[location]
+        if identifier in taken:  # its generated functions begin with it
+            files = {name: re.sub(rf"\b{identifier}(?=_)", f"{prefix}{identifier}", text) for name, text in files.items()}
+        taken.add(identifier)
+        found[prefix] = files
     return found
 
 

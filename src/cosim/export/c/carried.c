@@ -41,7 +41,11 @@ static void close_library(void *library) { dlclose(library); }
 static void *symbol(void *library, const char *name) { return dlsym(library, name); }
 #endif
 
-static int hexadecimal(char c) { return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1; }
+static int hexadecimal(char c) {
+    static const char digits[] = "0123456789abcdef0123456789ABCDEF";
+    const char *place = c ? strchr(digits, c) : NULL;
+    return place ? (int)(place - digits) % 16 : -1;
+}
 
 /* The path of a folder that is given as a file URI (FMI 2.0) or as a path (FMI 3.0), without a separator at its end. */
 static char *path_of(const char *given) {
@@ -90,7 +94,8 @@ static int load(System *m, Component *c) {
     const int version = c->data->version;
     char *root = path_of(m->resources), *folder = root ? joined_text(root, SEPARATOR, c->data->folder) : NULL;
     char *binaries = folder ? joined_text(folder, SEPARATOR "binaries" SEPARATOR, version == 3 ? FOLDER_3 : FOLDER_2) : NULL;
-    char *stem = binaries ? joined_text(binaries, SEPARATOR, c->data->library) : NULL, *path = stem ? joined_text(stem, SUFFIX, "") : NULL;
+    char *stem = binaries ? joined_text(binaries, SEPARATOR, c->data->library) : NULL;
+    char *path = stem ? joined_text(stem, SUFFIX, "") : NULL;
     char *resources = folder ? joined_text(folder, SEPARATOR "resources", version == 3 ? SEPARATOR : "") : NULL;
     if (path && resources) {
         c->library = open_library(path);

@@ -34,7 +34,8 @@ typedef struct {
     Note note;
     double start, stop, t; /* t: begin of the step */
     int stop_defined, curved, answered; /* whether the inputs change within the step; the worst status of giving them */
-    double u[AT_LEAST_ONE(MOST_WIRES)], du[AT_LEAST_ONE(MOST_WIRES)], ddu[AT_LEAST_ONE(MOST_WIRES)], now[AT_LEAST_ONE(MOST_WIRES)];
+    double u[AT_LEAST_ONE(MOST_WIRES)], du[AT_LEAST_ONE(MOST_WIRES)], ddu[AT_LEAST_ONE(MOST_WIRES)];
+    double now[AT_LEAST_ONE(MOST_WIRES)];
     fmi3Boolean event, ended, early;
     double reached;
 } Fmu3;
@@ -44,7 +45,9 @@ typedef struct {
     Note note;
 } Saved3;
 
-static const fmi3ValueReference *inputs_of(const Fmu3 *c) { return c->component->system->u_refs + c->component->data->first_wire; }
+static const fmi3ValueReference *inputs_of(const Fmu3 *c) {
+    return c->component->system->u_refs + c->component->data->first_wire;
+}
 static size_t n_inputs(const Fmu3 *c) { return (size_t)c->component->data->n_u; }
 
 static void log_3(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String message) {
@@ -103,7 +106,8 @@ static int handle_event(Fmu3 *c, double s) {
 static int advance_3(Fmu3 *c, double t, double h) {
     const int with_events = c->component->data->event_mode;
     c->reached = t + h, c->event = c->ended = c->early = 0;
-    const int status = (int)c->DoStep(c->instance, t, h, !c->component->data->restores, &c->event, &c->ended, &c->early, &c->reached);
+    const fmi3Boolean no_set = !c->component->data->restores;
+    const int status = (int)c->DoStep(c->instance, t, h, no_set, &c->event, &c->ended, &c->early, &c->reached);
     if (status > WARNING) return status;
     if (c->answered > WARNING) return c->answered;
     const int is_short = fabs(c->reached - (t + h)) > 1e-9 * (h + fabs(t));

@@ -45,15 +45,17 @@ static Status sensitivity(System *m, const char *function, const uint32_t *unkno
     memset(dY, 0, N_Y * sizeof(double));
     for (int k = 0; k < N_COMPONENTS && status == OK; k++) {
         const ComponentData *c = &COMPONENTS[ORDER[k]];
-        status = derive(m, function, (int)ORDER[k], known, n_known, seed, dY, Y_REFERENCES + c->first_y, (size_t)c->n_y, dY + c->first_y);
+        const uint32_t *outputs = Y_REFERENCES + c->first_y;
+        status = derive(m, function, (int)ORDER[k], known, n_known, seed, dY, outputs, (size_t)c->n_y, dY + c->first_y);
     }
     for (int i = 0; i < N_COMPONENTS && status == OK; i++) { /* what is no output, component by component */
         size_t n = 0;
         for (size_t k = 0; k < n_unknown; k++) {
             if (unknown[k] >= N_VARIABLES) return fail(m, function, "unknown value reference");
             const Variable *v = &VARIABLES[unknown[k]];
+            if (v->kind != OUTPUT && v->kind != FORWARDED && v->kind != DERIVATIVE)
+                return fail(m, function, "an unknown is no output or derivative");
             if (v->kind == OUTPUT) value[k] = dY[v->index];
-            else if (v->kind != FORWARDED && v->kind != DERIVATIVE) return fail(m, function, "an unknown is no output or derivative");
             else if (v->component == i) m->asked[n++] = v->reference;
         }
         if (n == 0) continue;

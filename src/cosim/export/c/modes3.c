@@ -72,7 +72,8 @@ static fmi2Status size_3(fmi2Component it, fmi2FMUstate state, size_t *size) {
 static fmi2Status serialize_3(fmi2Component it, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
     Fmu3 *c = it;
     memcpy(bytes, &((Saved3 *)state)->note, sizeof(Note));
-    return (fmi2Status)c->SerializeFMUState(c->instance, ((Saved3 *)state)->state, (fmi3Byte *)bytes + sizeof(Note), size - sizeof(Note));
+    fmi3Byte *rest = (fmi3Byte *)bytes + sizeof(Note);
+    return (fmi2Status)c->SerializeFMUState(c->instance, ((Saved3 *)state)->state, rest, size - sizeof(Note));
 }
 
 static fmi2Status deserialize_3(fmi2Component it, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
@@ -88,7 +89,9 @@ static fmi2Status deserialize_3(fmi2Component it, const fmi2Byte bytes[], size_t
 static fmi2Status derivative_3(fmi2Component it, const fmi2ValueReference unknown[], size_t n_unknown,
                                const fmi2ValueReference known[], size_t n_known, const fmi2Real seed[], fmi2Real value[]) {
     Fmu3 *c = it;
-    return (fmi2Status)c->GetDirectionalDerivative(c->instance, unknown, n_unknown, known, n_known, seed, n_known, value, n_unknown);
+    if (!c->GetDirectionalDerivative) return fmi2Error;
+    return (fmi2Status)c->GetDirectionalDerivative(c->instance, unknown, n_unknown, known, n_known, seed, n_known, value,
+                                                   n_unknown);
 }
 
 static const Functions2 FUNCTIONS_OF_3 = {

@@ -90,8 +90,8 @@ static Status settle(System *m, const char *function) {
             if (fabs(Y[k] - before[k]) > AGREEMENT * size) changed = 1, where = k;
         }
     }
-    if (changed) return discard(m, function, "inputs and outputs must agree in initialization mode, this still changes: ", Y_NAMES[where]);
-    return OK;
+    if (!changed) return OK;
+    return discard(m, function, "inputs and outputs must agree in initialization mode, this still changes: ", Y_NAMES[where]);
 }
 
 /* Makes the outputs of the present point those of what has been set since they were read. */
@@ -100,7 +100,8 @@ static Status refresh(System *m, const char *function) {
     if (!m->s.changed) return OK;
     if (m->s.mode == INITIALIZATION) {
         status = settle(m, function);
-        for (int k = 0; status == OK && k < N_COMPONENTS; k++) status = evaluate(m, function, k, m->Y, 0); /* unconnected ones too */
+        for (int i = 0; status == OK && i < N_COMPONENTS; i++) /* of those that nothing is connected to as well */
+            status = evaluate(m, function, i, m->Y, 0);
     } else {
         status = consistent(m, function, newest(m));
     }

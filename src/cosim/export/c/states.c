@@ -75,7 +75,8 @@ static Status serialized_size(System *m, const char *function, void *state, size
     for (int i = 0; i < N_COMPONENTS; i++) {
         size_t more = 0;
         Component *c = &m->components[i];
-        Status status = judged(m, i, "SerializedFMUstateSize", c->f->SerializedFMUstateSize(c->instance, saved->components[i], &more));
+        const int answer = c->f->SerializedFMUstateSize(c->instance, saved->components[i], &more);
+        Status status = judged(m, i, "SerializedFMUstateSize", answer);
         if (status != OK) return status;
         *size += sizeof(uint64_t) + more;
     }
@@ -95,7 +96,8 @@ static Status serialize(System *m, const char *function, void *state, unsigned c
         c->f->SerializedFMUstateSize(c->instance, saved->components[i], &more);
         const uint64_t count = more;
         memcpy(bytes, &count, sizeof count), bytes += sizeof count;
-        status = judged(m, i, "SerializeFMUstate", c->f->SerializeFMUstate(c->instance, saved->components[i], (fmi2Byte *)bytes, more));
+        const int answer = c->f->SerializeFMUstate(c->instance, saved->components[i], (fmi2Byte *)bytes, more);
+        status = judged(m, i, "SerializeFMUstate", answer);
         if (status != OK) return status;
         bytes += more;
     }
@@ -119,8 +121,9 @@ static Status deserialize(System *m, const char *function, const unsigned char *
         if ((size_t)(end - bytes) < sizeof count) return fail(m, function, "these bytes are cut off");
         memcpy(&count, bytes, sizeof count), bytes += sizeof count;
         if ((uint64_t)(end - bytes) < count) return fail(m, function, "these bytes are cut off");
-        Status status = judged(m, i, "DeSerializeFMUstate",
-                               c->f->DeSerializeFMUstate(c->instance, (const fmi2Byte *)bytes, (size_t)count, &saved->components[i]));
+        void **state_of = &saved->components[i];
+        const int answer = c->f->DeSerializeFMUstate(c->instance, (const fmi2Byte *)bytes, (size_t)count, state_of);
+        Status status = judged(m, i, "DeSerializeFMUstate", answer);
         if (status != OK) return status;
         bytes += count;
     }

@@ -85,7 +85,8 @@ static Status stopped(System *m, int64_t row) {
     if (m->failure[1] == DO_STEP && status == DISCARD) {
         fmi2Boolean wants = fmi2False;
         Component *c = &m->components[i];
-        if (c->f->GetBooleanStatus && c->f->GetBooleanStatus(c->instance, fmi2Terminated, &wants) == fmi2OK && wants) m->s.ended = 1;
+        if (!c->f->GetBooleanStatus) return status;
+        if (c->f->GetBooleanStatus(c->instance, fmi2Terminated, &wants) == fmi2OK && wants) m->s.ended = 1;
     }
     return status;
 }
@@ -137,8 +138,10 @@ static Status do_step(System *m, const char *function, double t, double length) 
         return fail(m, function, "the step ends behind the stop time");
     if (m->s.ended) return DISCARD;
     double whole = floor(length / step + 0.5), rest = 0.0;
-    if (!(fabs(length - whole * step) <= WHOLE * step && whole >= 1.0)) whole = floor(length / step), rest = length - whole * step;
-    if (rest > 0.0 && !EVERY_LENGTH) return discard(m, function, "communicationStepSize must be a whole number of macro steps", "");
+    if (!(fabs(length - whole * step) <= WHOLE * step && whole >= 1.0)) {
+        whole = floor(length / step), rest = length - whole * step;
+        if (!EVERY_LENGTH) return discard(m, function, "communicationStepSize must be a whole number of macro steps", "");
+    }
     Status status = refresh(m, function);
     while (status == OK && (whole > 0.0 || rest > 0.0) && !m->s.ended) {
         const int64_t row = m->s.known - 1;

@@ -13,7 +13,7 @@
 #define NOGDI
 #define NOUSER
 #endif
-#define EXPORT static /* kernel.c is a part of this library, not an interface of it; it stands first, for what it asks of headers */
+#define EXPORT static /* kernel.c is a part of this library; it stands first, for what it asks of headers */
 #include "kernel.c"
 
 #include <stddef.h>
@@ -36,7 +36,8 @@ enum { JACOBI = 1, GAUSS_SEIDEL = 2, NEPCE = 3 };
 /* The functions that are used, with a parameter that is handed on: a prefix. */
 #define FUNCTIONS_2(X, p) \
     X(p, Instantiate) X(p, FreeInstance) X(p, SetupExperiment) X(p, EnterInitializationMode) X(p, ExitInitializationMode) \
-    X(p, Terminate) X(p, GetReal) X(p, GetInteger) X(p, GetBoolean) X(p, GetString) X(p, SetReal) X(p, SetInteger) X(p, SetBoolean) \
+    X(p, Terminate) X(p, GetReal) X(p, GetInteger) X(p, GetBoolean) X(p, GetString) X(p, SetReal) X(p, SetInteger) \
+    X(p, SetBoolean) \
     X(p, SetString) X(p, SetRealInputDerivatives) X(p, DoStep) X(p, GetBooleanStatus) X(p, GetFMUstate) \
     X(p, SetFMUstate) X(p, FreeFMUstate) X(p, SerializedFMUstateSize) X(p, SerializeFMUstate) X(p, DeSerializeFMUstate) \
     X(p, GetDirectionalDerivative)

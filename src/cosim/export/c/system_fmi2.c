@@ -30,7 +30,8 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     if (!callbacks || !name || !guid || strcmp(guid, TOKEN) != 0 || type != fmi2CoSimulation) {
         if (callbacks && callbacks->logger)
             callbacks->logger(callbacks->componentEnvironment, name ? name : "", fmi2Error, "logStatusError",
-                              "fmi2Instantiate: for Co-Simulation, name and guid must be given, the guid as in modelDescription.xml");
+                              "fmi2Instantiate: for Co-Simulation; name and guid must be given, the guid as in "
+                              "modelDescription.xml");
         return NULL;
     }
     System *m = make_system(name, resources);

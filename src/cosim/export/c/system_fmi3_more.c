@@ -12,10 +12,12 @@ ABSENT(fmi3GetNumberOfVariableDependencies, "dependencies stand in modelDescript
 ABSENT(fmi3GetVariableDependencies, "dependencies stand in modelDescription.xml", fmi3ValueReference vr, size_t element[],
        fmi3ValueReference independent[], size_t independent_element[], fmi3DependencyKind kind[], size_t n)
 ABSENT(fmi3GetAdjointDerivative, "the system gives no adjoint derivatives", const fmi3ValueReference unknown[], size_t n_unknown,
-       const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed, fmi3Float64 value[], size_t n_value)
+       const fmi3ValueReference known[], size_t n_known, const fmi3Float64 seed[], size_t n_seed, fmi3Float64 value[],
+       size_t n_value)
 ABSENT(fmi3UpdateDiscreteStates, "there is no event mode", fmi3Boolean *more, fmi3Boolean *ends, fmi3Boolean *nominals,
        fmi3Boolean *values, fmi3Boolean *defined, fmi3Float64 *next)
-ABSENT(fmi3CompletedIntegratorStep, "the system is for Co-Simulation only", fmi3Boolean no_set, fmi3Boolean *event, fmi3Boolean *ends)
+ABSENT(fmi3CompletedIntegratorStep, "the system is for Co-Simulation only", fmi3Boolean no_set, fmi3Boolean *event,
+       fmi3Boolean *ends)
 ABSENT(fmi3SetTime, "the system is for Co-Simulation only", fmi3Float64 time)
 ABSENT(fmi3SetContinuousStates, "the system is for Co-Simulation only", const fmi3Float64 x[], size_t n)
 ABSENT(fmi3GetContinuousStateDerivatives, "the system is for Co-Simulation only", fmi3Float64 x[], size_t n)

@@ -64,9 +64,11 @@ static Status may_set(System *m, const char *function, const Variable *v, double
     }
     if (v->type == TYPE_STRING) return OK;
     if (!isfinite(value)) return discard(m, function, "value must be finite: ", v->name);
-    if (v->kind == ALGORITHM && !(value >= JACOBI && value <= NEPCE)) return discard(m, function, "value must be 1, 2 or 3: ", v->name);
-    if (v->kind == DEGREE && !(value >= 0 && value <= MAX_DEGREE)) return discard(m, function, "value must lie within min and max: ", v->name);
-    if (v->kind == MACRO_STEP && !(value >= MIN_STEP)) return discard(m, function, "value must lie within min and max: ", v->name);
+    const double low = v->kind == ALGORITHM ? JACOBI : v->kind == DEGREE ? 0.0 : MIN_STEP;
+    const double high = v->kind == ALGORITHM ? NEPCE : v->kind == DEGREE ? MAX_DEGREE : HUGE_VAL;
+    const int of_the_coupling = v->kind == ALGORITHM || v->kind == DEGREE || v->kind == MACRO_STEP;
+    if (of_the_coupling && !(value >= low && value <= high))
+        return discard(m, function, "value must lie within min and max: ", v->name);
     return OK;
 }
 
