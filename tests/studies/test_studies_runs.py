@@ -157,3 +157,23 @@ def test_what_is_felt_on_the_floor(monkeypatch: pytest.MonkeyPatch, signal: str,
     assert rms[axis] == pytest.approx(expected, rel=2e-3)  # the filter's start and the difference quotient
     if signal != "pitch_rate":  # which moves the floor along x too, below the centre
         assert mean_comfort(rms["x"], rms["y"], rms["z"]) == pytest.approx(6 * expected, rel=2e-3)
+
+
+def test_a_yaw_damper_does_what_an_inerter_does_not(short: Callable[[str], dict[str, Any]]) -> None:
+    """Of what is not chaotic: growth on straight track, and runs through the curve that do not hunt."""
+    found = short("rivals")
+    damper = "yaw damper, 30 kN m s"
+    for wheels in ("set A", "steep tread", "set B"):
+        rates = {name: row["growth_at_8_and_20_m_s"][0] for name, row in found[wheels].items()}
+        for inerter in ("inerter like the gyro", "inerter of its mass"):
+            assert 0.0 < rates[inerter] < rates["no unit"]
+        assert rates[damper] < rates["gyro as in Table 2"] < rates["no unit"]
+    assert found["steep tread"][damper]["growth_at_8_and_20_m_s"][0] < 0.0
+    assert found["solid axles"]["inerter like the gyro"]["growth_at_8_and_20_m_s"][0] > 0.0
+    needed = found["needed_damper_by_the_law_N_m_s"]
+    assert needed["set A"]["8 m/s"] is None  # infinite
+    assert needed["set B"]["8 m/s"] < needed["steep tread"]["8 m/s"] < 3e4
+    for wheels in ("set A", "set B"):
+        for name in (damper, "gyro as in Table 2"):
+            run = found[wheels][name]["curve, polach, 8 m/s"]
+            assert (run["runs"], run["derail"]) == (2, 0), (wheels, name)
