@@ -1,6 +1,5 @@
 """modelDescription.xml of a coupled system's FMU, of FMI 2.0 and FMI 3.0."""
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree import ElementTree as ET
@@ -10,6 +9,7 @@ from gyro_cosim.component.units import BASE, Unit
 from ..systems import System
 from ..systems.quantities import meaning
 from .components import Packed
+from .structure import calculated_at_start, derivatives, outputs
 from .variables import Variable, Variables
 
 __all__ = ["Identity", "build_description", "fmi2", "fmi3"]
@@ -92,7 +92,8 @@ def fmi2(system: System, components: Sequence[Packed], variables: Variables, ide
             ET.SubElement(element, _TAGS[v.type], of_type | _of_state(reference, states))
     structure = ET.SubElement(root, "ModelStructure")
     for tag, rows in (
-        ("Outputs", _outputs(variables)), ("Derivatives", _derivatives(variables)), ("InitialUnknowns", _initial(variables)),
+        ("Outputs", outputs(variables)), ("Derivatives", derivatives(variables)),
+        ("InitialUnknowns", calculated_at_start(variables)),
     ):  # fmt: skip
         parent = ET.SubElement(structure, tag) if rows else None
         for reference, known in rows:
@@ -142,8 +143,8 @@ def fmi3(system: System, components: Sequence[Packed], variables: Variables, ide
             ET.SubElement(element, "Start", value=text)
     structure = ET.SubElement(root, "ModelStructure")
     for tag, rows in (
-        ("Output", _outputs(variables)), ("ContinuousStateDerivative", _derivatives(variables)),
-        ("InitialUnknown", _initial(variables)),
+        ("Output", outputs(variables)), ("ContinuousStateDerivative", derivatives(variables)),
+        ("InitialUnknown", calculated_at_start(variables)),
     ):  # fmt: skip
         for reference, known in rows:
             ET.SubElement(structure, tag, {"valueReference": str(reference), **_known(known)})
@@ -267,48 +268,5 @@ def _value(
     return found | ({"start": text(v.start)} if v.start is not None else {})
 
 
-Unknown = tuple[int, list[int] | None]  # value reference, and those that it depends on; None: they are not told
-
-
 def _known(references: list[int] | None) -> dict[str, str]:
     return {} if references is None else {"dependencies": " ".join(map(str, references))}
-
-
-def _outputs(variables: Variables) -> list[Unknown]:
-    """Each output with what it depends on at communication points."""
-    states = {(variables.all[state].component, variables.all[state].reference): state for _, state in variables.derivatives}
-    inputs = _inputs(variables)
-    rows: list[Unknown] = []
-    for reference, v in enumerate(variables.all):
-        if v.kind == "output":
-            reach = variables.reach(v.index)
-            known = [inputs[place] for place in reach.inputs] + [states[s] for s in reach.states if s in states]
-            rows.append((reference, sorted(known)))
-    return rows
-
-
-def _inputs(variables: Variables) -> dict[tuple[int, int], int]:
-    """Value references of the unconnected inputs, by component and place among its inputs."""
-    return {variables.external[v.index]: reference for reference, v in enumerate(variables.all) if v.kind == "input"}
-
-
-def _derivatives(variables: Variables) -> list[Unknown]:
-    return [(derivative, None) for derivative, _ in variables.derivatives]
-
-
-def _initial(variables: Variables) -> list[Unknown]:
-    """What is calculated in initialization mode: all that decides on a component may decide on its outputs."""
-    inputs = _inputs(variables)
-    settable: dict[int, list[int]] = defaultdict(list)
-    for reference, v in enumerate(variables.all):
-        if v.kind in ("forwarded", "output") and v.start is not None:
-            settable[v.component].append(reference)
-    rows: list[Unknown] = []
-    for reference, v in enumerate(variables.all):
-        if v.kind == "derivative":
-            rows.append((reference, None))
-        elif v.kind == "output" and v.start is None:
-            reach = variables.reach(v.index, start=True)
-            known = [inputs[place] for place in reach.inputs] + [k for i in reach.components for k in settable[i]]
-            rows.append((reference, sorted(known)))
-    return rows

@@ -12,7 +12,7 @@ from gyro_cosim.component.zip_files import write_zip
 
 from ..coupling import Algorithm, Jacobi
 from ..master import macro_steps, open_network
-from ..systems import System, archive, catalogue
+from ..systems import System, archive, linking
 from . import description, tables
 from .components import Packed, packed, refuse_what_the_kernel_cannot
 from .description import Identity
@@ -92,11 +92,11 @@ def pack_fmu(
         data = tables.system_data(system, network, components, variables, chosen)
     master = {file.name: file.read_text(encoding="utf-8") for file in sorted((Path(__file__).parent / "c").iterdir())}
     master |= {"kernel.c": KERNEL.read_text(encoding="utf-8"), "system_data.h": data}
-    _refuse_missing_libraries(components, catalogue.platform_folders(tuple(platforms)))
+    _refuse_missing_libraries(components, linking.platform_folders(tuple(platforms)))
     parts, carried = _sources(components), _carried(components)
     token = _token(master, parts, components)
     master["system_data.h"] = data.replace("@TOKEN@", token)
-    linked = catalogue.linked(identifier, master, parts, platforms=tuple(platforms), loads=bool(carried))
+    linked = linking.linked(identifier, master, parts, platforms=tuple(platforms), loads=bool(carried))
     tool = f"gyro-cosim {importlib.metadata.version('gyro-cosim')}"
     identity = Identity(identifier, token, tool, tuple(linked.compiled) if sources else ())
     written = []
