@@ -164,7 +164,7 @@ if __name__ == "__main__":
                 "gyro.gimbal_damping": d["c_g"]}  # fmt: skip
         for case in cases.values():
             case.setdefault("gyro.rotor_speed", 2000.0 * RPM)
-        for track, speed, stop in (("straight", FAST, 10.0 if SHORT else 60.0), ("curve", SLOW, 10.0 if SHORT else 45.0)):
+        for track, speed, stop in (("straight", FAST, 25.0 if SHORT else 60.0), ("curve", SLOW, 10.0 if SHORT else 45.0)):
             plan = system(f"lrt-{track}{ending}").with_value("vehicle.speed", speed)
             if sign < 0.0:  # the same gimbal with a spring that may push; no buffers
                 plan = plan.with_source("gyro", "progressive")
