@@ -8,12 +8,13 @@ from pathlib import Path
 
 import casadi as ca
 
+from gyro_cosim.component import Component
 from gyro_cosim.component.integration import AT_REST, METHODS, easy_fraction
 
 from . import parametric, printing, renaming
 from .table import Table
 
-__all__ = ["FILES", "functions", "generate", "nominal", "output_order"]
+__all__ = ["FILES", "functions", "generate", "nominal", "output_order", "runs_in_lanes"]
 
 FILES = {  # apart, so that the derivatives of a large model can be compiled beside it and with less effort
     "model.c": ("rhs", "output", "step", "longest_step", "sample", "prepare"),
@@ -54,6 +55,12 @@ def functions(table: Table, *, derivatives: bool = True) -> dict[str, ca.Functio
         second = ca.jtimes(first, ca.vertcat(x, u, u1), ca.vertcat(rate, u1, u2))
         result["output_second"] = ca.Function("f", [x, u, p, u1, u2], [second])
     return result
+
+
+def runs_in_lanes(component: Component, available: Mapping[str, ca.Function]) -> bool:
+    """Whether all that a macro step calls is an SX graph, and no sampled part cuts the steps. available : of functions()."""
+    steps = (available[n] for n in ("rhs", "output", "step", "longest_step") if n in available)
+    return component.sample is None and all(function.is_a("SXFunction") for function in steps)
 
 
 def _sums(sizes: Sequence[int]) -> list[int]:
@@ -179,6 +186,7 @@ def _data(table: Table, identifier: str, work: dict[str, int], available: Mappin
     lines += ["#endif"]
     lines += ["#define STEP_BY_RK4"] if "step" not in available else []
     lines += ["#define LONGEST_STEP"] if "longest_step" in available else []
+    lines += [] if runs_in_lanes(c, available) else ["#define NO_LANES"]
     if c.sample_period is not None:
         lines.append(f"#define SAMPLE_PERIOD {_number(c.sample_period)}")
     arrays: list[tuple[str, list[float]]] = [

@@ -1,75 +1,90 @@
-"""A component as a shared library for this machine, without FMI: for one run in this process, or for several side by side.
+"""C code for this machine alone, without FMI: a component in this process, and steps of several instances of an FMU at once.
 
-    prepare(p, P), rhs(x, u, P, x'), output(x, u, P, y), sample(x, u, P, x), step(x, U, P, tau, h, x), advance(...)
-
-c/library.c says what each does. The code is the FMU's, so the bits are.
+c/library.c and c/lanes.c say what the libraries offer. Their code is the FMU's, so the bits are.
 """
 
 import platform
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from gyro_cosim.component import Component
 
-from . import code
 from .compiler import compile_libraries, host, host_compiler
-from .table import Table
 
-__all__ = ["LANES", "library"]
+__all__ = ["LANES", "component_library", "lane_library"]
 
-LANES = (1, 2, 4, 8)
+LANES = (2, 4, 8)
 
 
-def library(component: Component, lanes: int = 1) -> bytes:
-    """Compile the library of a component.
+def component_library(component: Component) -> bytes:
+    """Compile the functions of a component.
 
     Parameters
     ----------
     component : Component
-        Whose functions it has.
-    lanes : int
-        How many runs go side by side: 1, 2, 4 (a processor with AVX2) or 8 (with AVX-512).
+        Whose functions they are.
 
     Returns
     -------
     bytes
-        The library.
+        A shared library of c/library.c.
 
     Raises
     ------
     ValueError
-        For another number of lanes, an operation without C code, or lanes of a component whose functions are no SX graphs.
+        For an operation without C code.
     gyro_cosim.fmus.compiler.CompilerError
         A RuntimeError: there is no compiler, or it refuses the code.
     """
-    if lanes not in LANES:
-        raise ValueError(f"lanes must be one of {', '.join(map(str, LANES))}, got {lanes!r}")
-    if lanes > 1 and not runs_in_lanes(component):
-        raise ValueError(f"component {component.spec!r} must have SX functions and an explicit method to run in lanes")
-    table = Table(component)
+    from . import code  # late: CasADi takes its time to load
+    from .table import Table
+
     files = {p.name: p.read_text(encoding="utf-8") for p in sorted((Path(__file__).parent / "c").iterdir())}
-    files |= code.generate(table, "model", derivatives=False)
+    files |= code.generate(Table(component), "model", derivatives=False)
+    return _compiled(files, "library.c", [])
+
+
+def lane_library(sources: Mapping[str, str], width: int) -> bytes:
+    """Compile the steps of several instances of an FMU at once.
+
+    Parameters
+    ----------
+    sources : mapping of str to str
+        The files below sources/ of an FMU of this exporter, by name.
+    width : int
+        How many: 2, 4 (needs a processor with AVX2 where it is an x86-64) or 8 (AVX-512).
+
+    Returns
+    -------
+    bytes
+        A shared library of c/lanes.c.
+
+    Raises
+    ------
+    ValueError
+        For another width, or a model that does not run in lanes.
+    gyro_cosim.fmus.compiler.CompilerError
+        A RuntimeError: there is no compiler, or it refuses the code.
+    """
+    if width not in LANES:
+        raise ValueError(f"lanes must be one of {', '.join(map(str, LANES))}, got {width!r}")
+    if "#define NO_LANES" in sources["model_data.h"]:
+        raise ValueError("a component with a sampled part or an implicit method does not run in lanes")
+    return _compiled(sources, "lanes.c", [f"-DLANES={width}", *_vectors(width)])
+
+
+def _vectors(width: int) -> list[str]:
+    """Options of the compiler for vectors as wide as that."""
+    if width == 2 or platform.machine().lower() not in ("x86_64", "amd64"):
+        return []
+    if host_compiler() is None:
+        return ["-mcpu=x86_64_v4" if width == 8 else "-mcpu=x86_64_v3"]
+    return ["-mavx2"] if width == 4 else ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mprefer-vector-width=512"]
+
+
+def _compiled(files: Mapping[str, str], source: str, options: list[str]) -> bytes:
     with tempfile.TemporaryDirectory(prefix="library-") as scratch:
         for name, content in files.items():
             Path(scratch, name).write_text(content, encoding="utf-8", newline="\n")
-        built = compile_libraries(Path(scratch), {"library.c": "-O2"}, "model", {host(): True}, options=_options(lanes))
-    return built[host()]
-
-
-def runs_in_lanes(component: Component) -> bool:
-    """Whether all that a macro step calls is an SX graph, and no sampled part cuts the steps."""
-    step = code.functions(Table(component), derivatives=False).values()
-    return component.sample is None and all(function.is_a("SXFunction") for function in step)
-
-
-def _options(lanes: int) -> list[str]:
-    """Of the compiler, for vectors as wide as that."""
-    if lanes == 1:
-        return []
-    options = [f"-DLANES={lanes}"]
-    if lanes > 2 and platform.machine().lower() in ("x86_64", "amd64"):
-        if host_compiler() is None:
-            options += ["-mcpu=x86_64_v4" if lanes == 8 else "-mcpu=x86_64_v3"]
-        else:
-            options += ["-mavx2"] if lanes == 4 else ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mprefer-vector-width=512"]
-    return options
+        return compile_libraries(Path(scratch), {source: "-O2"}, "model", {host(): True}, options=options)[host()]

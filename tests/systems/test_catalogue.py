@@ -70,7 +70,7 @@ def test_the_exporters_sources_count_whoevers_component_it_is(
         monkeypatch.setattr(catalogue.util, "find_spec", lambda name, p=place: p if name == "gyro_cosim.fmus" else real(name))
         file = f"{tmp_path}/mine.py:component"
         (tmp_path / "mine.py").write_text(MINE.format(**PLAIN))
-        keys.append([catalogue._fingerprint(s, m) for s, m in ((file, catalogue.component(file)), ("gyro_unit:linear", None))])
+        keys.append([catalogue.fingerprint(s, m) for s, m in ((file, catalogue.component(file)), ("gyro_unit:linear", None))])
         monkeypatch.setattr(catalogue.util, "find_spec", real)
     assert keys[0][0] != keys[1][0]
     assert keys[0][1] != keys[1][1]
@@ -80,7 +80,7 @@ def test_the_key_is_the_same_in_every_process(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(MINE.format(**PLAIN))
     script = (
         "from gyro_cosim.systems import catalogue\n"
-        "for s in ('mine.py:component', 'vehicle:lrt'): print(catalogue._fingerprint(s, catalogue.component(s)))"
+        "for s in ('mine.py:component', 'vehicle:lrt'): print(catalogue.fingerprint(s, catalogue.component(s)))"
     )
     said = {
         subprocess.run(

@@ -41,6 +41,10 @@ def command(
     workers: Annotated[
         int | None, typer.Option(metavar="N", help="processes on this machine; one for each core otherwise")
     ] = None,
+    lanes: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="runs that a worker does at once; as many as its processor has lanes otherwise"),
+    ] = None,
     scheduler: Annotated[str | None, typer.Option(metavar="ADDRESS", help="a Dask scheduler, such as tcp://host:8786")] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -67,7 +71,7 @@ def command(
     if not file.parent.is_dir():
         raise ValueError(f"the folder of {str(file)!r} must exist")
     with progress(f"sweeping {plan.name}") as show:
-        outcome = sweep(what, file, workers=workers, scheduler=scheduler, extend=extend, progress=show)
+        outcome = sweep(what, file, workers=workers, scheduler=scheduler, lanes=lanes, extend=extend, progress=show)
 
     def document() -> dict[str, Any]:
         return {

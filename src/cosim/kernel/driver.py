@@ -117,12 +117,18 @@ class FastLoop:
                 )
                 fmu.check(status, ctypes_calls.CALLS[fmu.version][1], float(t[0]), 0.0)
         self._plan.pointers[:] = [b.ctypes.data for b in (self._data.u, self._data.du, self._data.Y, self._data.read)]
-        self._kernel = None if kernel is None else kernel.loop(self._plan, self._data, bonds)
+        self.compiled = None if kernel is None else kernel.loop(self._plan, self._data, bonds)
+
+    @property
+    def slaves(self) -> np.ndarray:
+        """The table of slaves, shape (n_slaves, len(ctypes_calls.COLUMNS))."""
+        table: np.ndarray = self._plan.slaves
+        return table
 
     @property
     def meters(self) -> bool:
         """Whether march() adds to the sums of energy that it is given."""
-        return self._kernel is not None
+        return self.compiled is not None
 
     def _in_order(self, part: slice) -> np.ndarray:
         """The outputs of one slave that are asked for, as places in Y: those that are read in every step first."""
@@ -139,16 +145,25 @@ class FastLoop:
         condition has ended it. Where fewer were done for another reason, failure() tells it.
         """
         data = self._data
-        data.failure[:], data.spent[:] = 0, 0.0
+        self.begin()
         began = time.perf_counter()
-        if self._kernel is not None:
-            done = self._kernel(row, rows, TIMED, past, before, sums)
+        if self.compiled is not None:
+            done = self.compiled(row, rows, TIMED, past, before, sums)
         else:
             done = loop.march(self._plan, data, row, rows, 1)
-        took, inside = time.perf_counter() - began, float(data.spent.sum())
-        share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
         ended = done > 0 and bool(np.any(data.Y[row + done, self._plan.stops] > self._plan.above))
-        return done, share * data.spent, ended
+        return done, self.spent(time.perf_counter() - began), ended
+
+    def begin(self) -> None:
+        """Forget the failure and the times of the march before."""
+        self._data.failure[:], self._data.spent[:] = 0, 0.0
+
+    def spent(self, took: float) -> np.ndarray:
+        """The seconds that each slave has spent in steps since begin(), of the `took` that all took."""
+        inside = float(self._data.spent.sum())
+        share = min(1.0, took / inside) if inside > 0.0 else 1.0  # a timed step may be the one that had to wait for a core
+        times: np.ndarray = share * self._data.spent
+        return times
 
     def _finish_step(self, i: int, places: np.ndarray, t: float, h: float, begun: int) -> int:
         """What is left of a step of slave i, which is of FMI 3.0; called from within the march."""

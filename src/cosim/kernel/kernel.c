@@ -264,8 +264,15 @@ static void meter_step(Meter *m, const double *Y, double step, const double *use
     if (m->known < 3) m->known++;
 }
 
+/* The inputs of the power bonds in the step just taken, for the meter, which takes them over at once. */
+static void note_used(const Plan *p, const Data *d) {
+    for (int64_t q = 0; q < p->n_bond_inputs; q++) {
+        double *used = d->used + 3 * q;
+        used[0] = d->u[p->bond_inputs[3 * q]];
+        if (p->degree > 0) used[1] = d->du[p->bond_inputs[3 * q + 1]], used[2] = d->du[p->bond_inputs[3 * q + 2]];
+    }
+}
 EXPORT int64_t march(const Plan *p, const Data *d, Meter *meter, int64_t row, int64_t rows, int64_t timed_every) {
-    double *used = d->used; /* of one step: the meter takes them over at once */
     for (int64_t k = 0; k < rows; k++) {
         const int64_t r = row + k;
         const double h = d->h[r + 1], t = d->t[r];
@@ -280,19 +287,13 @@ EXPORT int64_t march(const Plan *p, const Data *d, Meter *meter, int64_t row, in
             if (timed) d->spent[i] += (double)timed_every * (seconds() - began);
             if (!good || (p->sequential && !receive_stepped(p, d, i, r + 1, h, whole))) return k;
         }
-        for (int64_t q = 0; q < p->n_bond_inputs; q++) {
-            used[3 * q] = d->u[p->bond_inputs[3 * q]];
-            if (p->degree > 0) {
-                used[3 * q + 1] = d->du[p->bond_inputs[3 * q + 1]];
-                used[3 * q + 2] = d->du[p->bond_inputs[3 * q + 2]];
-            }
-        }
+        note_used(p, d);
         if (!exchange(p, d, r + 1, whole, !p->sequential)) return k;
         const double *next = d->Y + (r + 1) * d->n_Y;
         int over = 0;
         for (int64_t q = 0; q < p->n_stops; q++) over |= next[p->stops[q]] > p->above[q];
         if (over && !whole && !exchange(p, d, r + 1, 1, 1)) return k;
-        if (meter) meter_step(meter, next, h, used);
+        if (meter) meter_step(meter, next, h, d->used);
         if (over) return k + 1;
     }
     return rows;

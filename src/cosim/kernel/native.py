@@ -1,4 +1,4 @@
-"""kernel.c as machine code: compiled once per machine by the compiler that builds the FMUs, cached, and called through ctypes."""
+"""kernel.c and lockstep.c as machine code: compiled once per machine by the compiler of the FMUs, cached, called by ctypes."""
 
 import ctypes
 import hashlib
@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from ..systems import catalogue
+from ..systems import catalogue, machine_code
 from .energy import Bonds, Sums
 from .loop import Data, Plan
 
 __all__ = ["Kernel", "cached", "kernel"]
 
-SOURCE = "kernel.c"
+SOURCES = ("lockstep.c", "kernel.c")  # the first includes the other
 _log = logging.getLogger(__name__)
 _POINTER, _INTEGER, _DOUBLE = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 _PLAN = ("slaves", "places", "source", "scale", "offset", "fresh", "sequence", "exchange", "stops", "above", "bond_inputs")
@@ -56,6 +56,8 @@ class Kernel:
     def __init__(self, file: Path) -> None:
         self._march = ctypes.CDLL(str(file)).march
         self._march.argtypes, self._march.restype = (*[_POINTER] * 3, *[_INTEGER] * 3), _INTEGER
+        self.march_lanes = ctypes.PyDLL(str(file)).march_lanes  # what it calls works in one place only
+        self.march_lanes.argtypes, self.march_lanes.restype = (_POINTER, _INTEGER, _POINTER, _INTEGER, _INTEGER), _INTEGER
 
     def loop(self, plan: Plan, data: Data, bonds: Bonds) -> "Loop":
         """loop.march and energy.accumulate for one plan and its data, whose arrays must live as long as it does."""
@@ -76,16 +78,24 @@ class Loop:
         self._sums, self._past, self._before = np.zeros((3, n_bonds)), np.zeros((3, 2 * n_bonds)), np.zeros(1)
         arrays = (*bonds, *self._sums, self._past, self._before)
         self._meter = _Meter(*(array.ctypes.data for array in arrays), n_bonds, 0)
-        self._records = [ctypes.byref(record) for record in (self._plan, self._data, self._meter)]
+        self.records = [ctypes.addressof(record) for record in (self._plan, self._data, self._meter)]
 
     def __call__(self, row: int, rows: int, timed_every: int, past: np.ndarray, before: float, sums: Sums) -> int:
         """loop.march, with energy.accumulate on the steps that it does: `past` and `before` as there, `sums` are added to."""
+        self.begin(past, before, sums)
+        done = int(self._function(*self.records, row, rows, timed_every))
+        self.end(sums)
+        return done
+
+    def begin(self, past: np.ndarray, before: float, sums: Sums) -> None:
+        """Put the meter where the steps before have left it."""
         known = self._meter.known = len(past)
         self._past[:known], self._before[0], self._sums[:] = past[::-1], before, sums
-        done = int(self._function(*self._records, row, rows, timed_every))
+
+    def end(self, sums: Sums) -> None:
+        """Take over what the meter has summed."""
         for total, new in zip(sums, self._sums, strict=True):
             total[:] = new
-        return done
 
 
 @lru_cache(maxsize=1)
@@ -114,18 +124,19 @@ def cached() -> bool:
 @lru_cache(maxsize=1)
 def _file() -> Path:
     """Where the library is kept: its name holds all that decides what is in it."""
-    text = Path(__file__).with_name(SOURCE).read_bytes()
-    where = f"{platform.system()} {platform.machine()} {platform.libc_ver()} {os.environ.get('CC')} {catalogue.compiler_id()}"
+    text = b"\0".join(Path(__file__).with_name(source).read_bytes() for source in SOURCES)
+    where = f"{platform.system()} {platform.machine()} {platform.libc_ver()} {os.environ.get('CC')} {machine_code.compiler_id()}"
     name = hashlib.sha256(where.encode() + b"\0" + text).hexdigest()[:20]
     return catalogue.cache_folder().parent / "kernel" / f"{name}.so"
 
 
 def _build(file: Path) -> None:
-    """Compile kernel.c to `file`, complete or not at all."""
+    """Compile the kernel to `file`, complete or not at all."""
     _log.info("compiling the kernel: %s", file)
     file.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=file.parent) as scratch:
-        (Path(scratch) / SOURCE).write_bytes(Path(__file__).with_name(SOURCE).read_bytes())
+        for source in SOURCES:
+            (Path(scratch) / source).write_bytes(Path(__file__).with_name(source).read_bytes())
         ready = Path(scratch) / "ready"
-        ready.write_bytes(catalogue.compiled(Path(scratch), SOURCE, "kernel"))
+        ready.write_bytes(machine_code.compiled(Path(scratch), SOURCES[0], "kernel"))
         ready.replace(file)

@@ -154,52 +154,79 @@ def run(
     Run
         See simulate(), as for the errors.
     """
-    began = time.perf_counter() if began is None else began
-    options = options or Options()
-    start = network.system.start if start is None else start
-    grid = TimeGrid.over(step, stop, start)
-    algorithm.check(network)
-    if options.checkpoint is not None:
-        options.checkpoint.check(network)
-        if options.adaptive is not None:
-            raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
-    stepper = Stepper(network, algorithm, grid, options)
-    set_up = time.perf_counter()
+    running = Running(network, algorithm, step, stop, start=start, options=options, began=began)
     status: Status = "done"
     failure: RunError | None = None
     request = ""
     try:
-        stepper.go(progress, before_step)
-        status = "ended" if stepper.state.ended_by else "done"
-        if status == "done":  # every slave is left with the inputs of the end, for what asks it afterwards
-            newest = stepper.state.history
-            network.outputs(newest.Y[0].copy(), newest.t[0])
+        running.stepper.go(progress, before_step)
+        status = running.reached()
     except KeyboardInterrupt:
         status = "interrupted"
     except EndRequest as error:
         status, request = "ended", str(error)
     except RunError as error:
         status, failure = "failed", error
-    state, meter, recorder = stepper.finish(cut_off=failure is not None or bool(request))
-    loop = time.perf_counter() - set_up
-    counts = network.counts()
-    result = Run(
-        system=network.system,
-        algorithm=algorithm,
-        step=step,
-        steps=state.done,
-        trajectory=recorder.finish(),
-        energy=meter.result(state.energy),
-        timing=Timing(set_up - began, loop, network.do_step_s),
-        status=status,
-        iterations=state.passes,
-        rejections=state.rejections,
-        ended_by=state.ended_by or request,
-        start=start,
-        events={name: c.events for name, c in counts.items() if c.events is not None},
-        without_kernel=stepper.without_kernel,
-        warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
-    )
+    result = running.result(status, request)
     if failure is not None:
         raise failure.keeping(result)
     return result
+
+
+class Running:
+    """A run between its begin and its result. Parameters, errors: see run().
+
+    Attributes
+    ----------
+    stepper : Stepper
+        What takes it to its end.
+    """
+
+    def __init__(
+        self, network: Network, algorithm: Algorithm, step: float, stop: float, *, start: float | None = None,
+        options: Options | None = None, began: float | None = None,
+    ) -> None:  # fmt: skip
+        self._began = time.perf_counter() if began is None else began
+        options = options or Options()
+        self._start = network.system.start if start is None else start
+        grid = TimeGrid.over(step, stop, self._start)
+        algorithm.check(network)
+        if options.checkpoint is not None:
+            options.checkpoint.check(network)
+            if options.adaptive is not None:
+                raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
+        self._network, self._algorithm, self._step = network, algorithm, step
+        self.stepper = Stepper(network, algorithm, grid, options)
+        self._set_up = time.perf_counter()
+
+    def reached(self) -> Status:
+        """How a run that nothing stopped has ended."""
+        state = self.stepper.state
+        if state.ended_by:
+            return "ended"
+        newest = state.history  # every slave is left with the inputs of the end, for what asks it afterwards
+        self._network.outputs(newest.Y[0].copy(), newest.t[0])
+        return "done"
+
+    def result(self, status: Status, request: str = "") -> Run:
+        """The run, which ended with `status`. request : why a component has asked for its end."""
+        state, meter, recorder = self.stepper.finish(cut_off=status == "failed" or bool(request))
+        loop, network = time.perf_counter() - self._set_up, self._network
+        counts = network.counts()
+        return Run(
+            system=network.system,
+            algorithm=self._algorithm,
+            step=self._step,
+            steps=state.done,
+            trajectory=recorder.finish(),
+            energy=meter.result(state.energy),
+            timing=Timing(self._set_up - self._began, loop, network.do_step_s),
+            status=status,
+            iterations=state.passes,
+            rejections=state.rejections,
+            ended_by=state.ended_by or request,
+            start=self._start,
+            events={name: c.events for name, c in counts.items() if c.events is not None},
+            without_kernel=self.stepper.without_kernel,
+            warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
+        )

@@ -95,16 +95,11 @@ class Stepper:
     def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
         """Step to the end. SlaveError, ConvergenceError: `state` is then that of the last good point."""
         shown, saved = time.perf_counter(), self.state.history.t[0]
-        while not self._over():
-            way = self._way(paced=before_step is not None)
+        while not self.over:
+            way = self.way(paced=before_step is not None)
             if before_step is not None:
                 before_step(self.state.done + 1)
-            self.state, failure = way.step(self.state)
-            self._watch()
-            if way is self._inner or self._rows.room < MOST_POINTS:
-                self.hand_over()
-            if failure is not None:
-                raise failure
+            self.took(way, *way.step(self.state))
             if progress is not None and time.perf_counter() - shown > SHOWN_EVERY:
                 shown = time.perf_counter()
                 progress(self.state.history.t[0] - self._grid.start, self._grid.stop - self._grid.start)
@@ -115,11 +110,22 @@ class Stepper:
                 checkpoint.write(self._fingerprint, self._network, self.state, self._recorder)
                 _log.info("wrote the checkpoint %s after macro step %d", checkpoint.file, self.state.done)
 
-    def _over(self) -> bool:
+    def took(self, way: Way, state: RunState, failure: BaseException | None = None) -> None:
+        """The steps that `way` has done from the state lead to `state`; raises the failure that stopped them."""
+        self.state = state
+        self._watch()
+        if way is self._inner or self._rows.room < MOST_POINTS:
+            self.hand_over()
+        if failure is not None:
+            raise failure
+
+    @property
+    def over(self) -> bool:
+        """Whether the run is at its end."""
         return self.state.history.t[0] >= self._grid.stop or bool(self.state.ended_by)
 
-    def _way(self, *, paced: bool) -> Way:
-        """The inner loop, once there are as many points as it looks back to, and for steps of the full length only."""
+    def way(self, *, paced: bool = False) -> Way:
+        """What steps next: the inner loop once there are as many points as it looks back to, for steps of the full length."""
         done, options = self.state.done, self._options
         if paced or not self._fits or not self._algorithm.looks_back <= done < self._grid.even:
             return self._plain

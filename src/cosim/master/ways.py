@@ -11,6 +11,7 @@ import numpy as np
 from ..coupling import Algorithm, History
 from ..coupling.base import Used
 from ..kernel import driver, native
+from ..kernel.energy import Sums
 from ..network import Network
 from .adaptive import Controller
 from .energy import EnergyMeter
@@ -97,51 +98,75 @@ class Plain:
 
 
 class Inner:
-    """As many macro steps as there is room for, by the inner loop. most : bound on how many."""
+    """As many macro steps as there is room for, by the inner loop. most : bound on how many.
+
+    loop : the inner loop, which several runs may march in step with one another between prepare() and concluded().
+    """
 
     def __init__(
         self, network: Network, algorithm: Algorithm, grid: TimeGrid, rows: Rows, meter: EnergyMeter, recorder: Recorder,
         *, kernel: native.Kernel | None, most: int,
     ) -> None:  # fmt: skip
-        self._loop = driver.FastLoop(
+        self.loop = driver.FastLoop(
             network, algorithm, rows.Y, rows.t, rows.h, rows.whole, rows.used, recorder.columns, meter.bonds, kernel
         )
         self._network, self._grid, self._rows, self._meter, self._most = network, grid, rows, meter, most
         self._chunk = FIRST_CHUNK
-        asked, polled = self._loop.asked, self._loop.polled
+        asked, polled = self.loop.asked, self.loop.polled
         self._every = recorder.every if asked.size > polled.size else 1
         self._passed_over, self._unasked = np.setdiff1d(asked, polled), np.setdiff1d(np.arange(len(network.names)), asked)
 
     def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
         """See Way. The rows hold no new points before it."""
-        rows, row, history = self._rows, self._rows.newest, state.history
-        ahead = min(rows.room, self._chunk, self._grid.even - state.done, self._most)
+        ahead = self.ahead(state)
+        sums, before = self.prepare(state, ahead)
+        began = time.perf_counter()
+        done, spent, ended = self.loop.march(self._rows.newest, ahead, state.energy.past, before, sums)
+        self.paced(time.perf_counter() - began)
+        state = self.concluded(state, ahead, done, spent, sums, ended=ended)
+        return state, None if done == ahead or ended else self.loop.failure(self._rows.newest)
+
+    @property
+    def row(self) -> int:
+        """Of the newest point in the buffers of the loop."""
+        return self._rows.newest
+
+    def ahead(self, state: RunState) -> int:
+        """How many macro steps may come next."""
+        return min(self._rows.room, self._chunk, self._grid.even - state.done, self._most)
+
+    def prepare(self, state: RunState, ahead: int) -> tuple[Sums, float]:
+        """Make the rows of so many steps ready. Sums to be added to, and the length (s) of the step before."""
+        rows, row = self._rows, self._rows.newest
         new = slice(row + 1, row + 1 + ahead)
         rows.t[new] = self._grid.times(state.done + 1 + np.arange(ahead))
         rows.h[new] = self._grid.step
         if self._every > 1:
             rows.whole[new] = (state.done + 1 + np.arange(ahead)) % self._every == 0
             rows.whole[row + ahead] = True
-        sums, before = state.energy.copies(), state.energy.step or self._grid.step
-        began = time.perf_counter()
-        done, spent, ended = self._loop.march(row, ahead, state.energy.past, before, sums)
-        took = time.perf_counter() - began
+        return state.energy.copies(), state.energy.step or self._grid.step
+
+    def paced(self, took: float) -> None:
+        """Choose how many steps come next time from the seconds that these took."""
         if took > PATIENCE:
             self._chunk = max(1, self._chunk // 2)
         elif GROWTH * took < PATIENCE:
             self._chunk *= GROWTH
+
+    def concluded(self, state: RunState, ahead: int, done: int, spent: np.ndarray, sums: Sums, *, ended: bool) -> RunState:
+        """The state after `done` of the steps that were prepared; the rows hold their points."""
+        rows, row, history = self._rows, self._rows.newest, state.history
         self._network.count_time(spent)
-        rows.filled(done, metered=self._loop.meters)
+        rows.filled(done, metered=self.loop.meters)
         energy, latest = state.energy, range(row + done, row + max(0, done - BEFORE), -1)
-        if self._loop.meters:
+        if self.loop.meters:
             energy = self._meter.after(energy, sums, rows.Y[row + 1 : row + 1 + done], rows.h[row + 1 : row + 1 + done])
         for m in latest if self._unasked.size else ():
             rows.Y[m, self._unasked] = rows.Y[row, self._unasked]
         history = history.extended([float(rows.t[m]) for m in latest], [rows.Y[m].copy() for m in latest])
         if done and self._every > 1:
             history = self._completed(history, state.done + done, state.history.Y[0] if done < ahead and not ended else None)
-        state = replace(state, done=state.done + done, history=history, energy=energy)
-        return state, None if done == ahead or ended else self._loop.failure(rows.newest)
+        return replace(state, done=state.done + done, history=history, energy=energy)
 
     def _completed(self, history: History, done: int, before: np.ndarray | None) -> History:
         """The history with what was passed over at its points: as at the newest one, so that chunks cannot be seen in it.

@@ -16,7 +16,7 @@ from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, 
 from ..errors import SlaveError
 from .base import Linearisable, Serializable, StateSpace
 from .description import SlaveDescription
-from .machine_code import machine_code
+from .machine_code import compiled_component
 from .signal import Signal, Value
 
 
@@ -42,7 +42,7 @@ class ComponentSlave(Serializable, Linearisable):
         self._U = np.zeros((INPUT_DEGREE + 1, len(self.inputs)))  # CasADi reads it column by column: (n_u, 3)
         self._tau, self._h = np.zeros(1), np.zeros(1)
         self._y, self._next = np.zeros(len(self.outputs)), self._x.copy()
-        code = machine_code(component)
+        code = compiled_component(component)
         self._P = np.zeros(self._p.size if code is None else code.prepared)  # parameters, and what depends on them alone
         functions: dict[str, ca.Function | None] = {n: getattr(component, n) for n in ("step", "output", "sample")}
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..systems import catalogue
+from ..systems import machine_code
 
-__all__ = ["MachineCode", "machine_code"]
+__all__ = ["MachineCode", "compiled_component"]
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +26,7 @@ class MachineCode:
 
     def __init__(self, file: Path) -> None:
         self._library = ctypes.PyDLL(str(file))  # its work space is shared: one call at a time
-        _, _, _, _, n_p, n_q = (ctypes.c_int * 6).in_dll(self._library, "SIZES")
+        n_p, n_q = (ctypes.c_int * 2).in_dll(self._library, "SIZES")
         self.prepared = n_p + n_q
 
     def bound(self, name: str, arguments: Sequence[np.ndarray], result: np.ndarray) -> Callable[[], None]:
@@ -58,10 +58,10 @@ class MachineCode:
         return trigger
 
 
-def machine_code(component: Any) -> MachineCode | None:
+def compiled_component(component: Any) -> MachineCode | None:
     """The library of a component, built if need be; None, with a line in the log, where that cannot be done."""
     try:
-        return MachineCode(catalogue.library(component))
+        return MachineCode(machine_code.of_component(component))
     except (OSError, RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
         _log.warning("%s runs in CasADi's interpreter, which rounds sines and the like otherwise: %s", component.spec, reason)

@@ -61,6 +61,7 @@ def sweep(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
+    lanes: int | None = None,
     extend: bool = False,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -76,6 +77,9 @@ def sweep(
         Processes on this machine, one a core where None.
     scheduler
         Address of a Dask scheduler, whose workers do the runs instead.
+    lanes
+        How many runs a worker does at once in the lanes of its processor, at most, where that pays; 1 for one at a time. Where
+        None, as many as the processor has. The results are the same.
     extend
         Whether the file may hold other runs over the same axes.
     progress
@@ -94,6 +98,8 @@ def sweep(
     """
     if workers is not None and workers < 1:
         raise ValueError(f"the number of workers must be at least 1, got {workers}")
+    if lanes is not None and lanes < 1:
+        raise ValueError(f"the number of lanes must be at least 1, got {lanes}")
     if workers is not None and scheduler is not None:
         raise ValueError("a sweep runs on workers here or on those of a scheduler, got both")
     began = perf_counter()
@@ -108,7 +114,11 @@ def sweep(
         at = {name: place for place, name in enumerate(plan.columns)}
         started = perf_counter()
         try:
-            pool = Pool(plan.context, plan.files, count) if scheduler is None else Cluster(scheduler, plan.context, plan.files)
+            pool: Pool | Cluster
+            if scheduler is None:
+                pool = Pool(plan.context, plan.files, count, lanes)
+            else:
+                pool = Cluster(scheduler, plan.context, plan.files, lanes)
             for rows in pool.results(todo) if todo else ():
                 store.append(rows)
                 done += len(rows)

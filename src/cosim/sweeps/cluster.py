@@ -10,8 +10,10 @@ from typing import Any
 
 from ..systems import archive
 from .axes import Point
+from .crew import Crew
 from .plan import FIXED, SweepContext
-from .runner import Row, Runner, row_of
+from .pool import SweepTask
+from .runner import Row, row_of
 
 ANSWERS_WITHIN = 5.0  # s
 TASK = 0.5  # s of work in a task
@@ -19,15 +21,16 @@ MOST = 200  # runs in a task
 
 
 class Fmus:
-    """A plugin of Dask's workers: the FMUs of a sweep as files there, and runners that have them open.
+    """A plugin of Dask's workers: the FMUs of a sweep as files there, and crews that have them open.
 
-    A worker with several threads has a runner for each that is at work.
+    A worker with several threads has a crew for each that is at work; lanes, expected : see Crew.
     """
 
-    def __init__(self, name: str, context: SweepContext, contents: Mapping[str, bytes]) -> None:
+    def __init__(self, name: str, context: SweepContext, contents: Mapping[str, bytes], lanes: int | None, expected: int) -> None:
         self.name, self._context, self._contents = name, context, dict(contents)
+        self._lanes, self._expected = lanes, expected
         self._files: dict[str, str] = {}
-        self._idle: list[Runner] = []
+        self._idle: list[Crew] = []
 
     def setup(self, worker: Any) -> None:
         """Write the files into the worker's own folder."""
@@ -51,11 +54,11 @@ class Fmus:
     def rows(self, runs: list[tuple[str, Point]]) -> list[Row]:
         """Do the runs."""
         try:
-            runner = self._idle.pop()
+            crew = self._idle.pop()
         except IndexError:
-            runner = Runner(self._context, self._files)
-        done = [runner.row(key, point) for key, point in runs]
-        self._idle.append(runner)
+            crew = Crew(SweepTask(self._context), self._files, self._lanes, self._expected)
+        done = crew.all_rows(runs)
+        self._idle.append(crew)
         return done
 
 
@@ -70,12 +73,12 @@ def do(name: str, runs: list[tuple[str, Point]]) -> list[Row]:
 class Cluster:
     """The cluster whose scheduler is at `address`; results() yields rows as they come. ValueError if nobody answers there."""
 
-    def __init__(self, address: str, context: SweepContext, files: Mapping[str, str]) -> None:
+    def __init__(self, address: str, context: SweepContext, files: Mapping[str, str], lanes: int | None = None) -> None:
         try:
             import distributed
         except ImportError:
             raise ValueError("--scheduler needs the extra `dask` (distributed), which is not installed") from None
-        self._context = context
+        self._context, self._lanes = context, lanes
         try:
             self._client = distributed.Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -92,7 +95,7 @@ class Cluster:
         runs = list(todo.items())
         client = self._client
         try:
-            client.register_plugin(plugin(name, self._context, self._contents), name=name)
+            client.register_plugin(plugin(name, self._context, self._contents, self._lanes, len(runs)), name=name)
             pace, begun = TASK, 0
             tasks: dict[Any, list[tuple[str, Point]]] = {}
             completed = distributed.as_completed(loop=client.loop)

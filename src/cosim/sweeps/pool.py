@@ -20,40 +20,17 @@ from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Protocol
 
+from ..master.side_by_side import SideBySide
 from .axes import Point
+from .crew import REPORT, Crew, Task, Worker
 from .plan import FIXED, SweepContext
 from .runner import Row, Runner, row_of
 
 AHEAD = 0.5  # s of work that a worker may hold
-REPORT = 0.1  # s between a worker's reports
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")  # read when the libraries are loaded
 STARTS = 3  # processes in a row that a signal may end before they are ready
 MOST = 100  # runs that a worker may hold; they must fit a pipe's buffer, or both sides could wait for the other to read
-
-
-class Worker(Protocol):
-    """Does the runs of a task, one after another, in one process."""
-
-    def row(self, key: str, point: Point) -> Row:
-        """Do the run and measure it; whatever goes wrong is said in the row, which begins with the key."""
-
-    def close(self) -> None:
-        """Close what was opened."""
-
-
-class Task(Protocol):
-    """What the processes of a pool do; it goes to each of them."""
-
-    def open(self, files: Mapping[str, str]) -> Worker:
-        """What does the runs in a process. files : key of an FMU -> its location."""
-
-    def lost(self, key: str, point: Point, error: str) -> Row:
-        """The row of a run whose process died."""
-
-    def seconds(self, point: Point, row: Row) -> float:
-        """How long the run took."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +39,9 @@ class SweepTask:
 
     context: SweepContext
 
-    def open(self, files: Mapping[str, str]) -> Worker:
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> Worker:
         """See Task."""
-        return Runner(self.context, files)
+        return Runner(self.context, files, lanes)
 
     def lost(self, key: str, point: Point, error: str) -> Row:
         """See Task."""
@@ -80,30 +57,32 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _work(connection: Connection, task: Task, files: Mapping[str, str], scratch: str) -> None:
+def _work(connection: Connection, task: Task, files: Mapping[str, str], scratch: str, lanes: int | None, expected: int) -> None:
     """The life of a worker: runs come in, as (key, point); rows go out. It ends when the other side does.
 
     scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
     os.environ["TMPDIR"], tempfile.tempdir = scratch, None
-    worker = task.open(files)
+    crew = Crew(task, files, lanes, expected)
     held: deque[tuple[str, Point]] = deque()
     rows: list[Row] = []
     try:
         connection.send([])  # ready
         reported = time.perf_counter()
         while True:
-            while not held or connection.poll():
+            while not (held or crew.busy) or connection.poll():
                 held.extend(connection.recv())
-            rows.append(worker.row(*held.popleft()))
-            if not held or time.perf_counter() - reported > REPORT:
+            while held and crew.free > 0:
+                crew.begin(*held.popleft())
+            rows += crew.rows(REPORT)
+            if rows and (not (held or crew.busy) or time.perf_counter() - reported > REPORT):
                 connection.send(rows)
                 rows, reported = [], time.perf_counter()
     except (EOFError, OSError):
         return
     finally:
-        worker.close()
+        crew.close()
         with contextlib.suppress(OSError):  # not empty: another worker is there still, or the parent will see to it
             Path(scratch).rmdir()
 
@@ -141,9 +120,10 @@ class _Process:
 class Pool:
     """`workers` processes for the runs of one sweep, or of another task; results() yields rows as they come."""
 
-    def __init__(self, what: SweepContext | Task, files: Mapping[str, str], workers: int) -> None:
+    def __init__(self, what: SweepContext | Task, files: Mapping[str, str], workers: int, lanes: int | None = None) -> None:
         self._task = SweepTask(what) if isinstance(what, SweepContext) else what
-        self._files, self._count = files, workers
+        self._files, self._count, self._lanes, self._expected = files, workers, lanes, 0
+        self._least = 2 * SideBySide(lanes).width  # runs that a worker holds, so that its lanes are full
         self._workers: list[_Process] = []
         self._scratch = ""
         self._suspects: deque[tuple[str, Point]] = deque()  # were held by a worker that died: done alone
@@ -154,6 +134,7 @@ class Pool:
     def results(self, todo: Mapping[str, Point]) -> Iterator[list[Row]]:
         """Rows of all runs in `todo`, in any order; the processes end with the generator."""
         waiting = deque(todo.items())
+        self._expected = len(waiting) // self._count
         self._scratch = tempfile.mkdtemp(prefix="cosim-sweep-")
         try:
             for _ in range(min(self._count, len(waiting))):
@@ -184,7 +165,8 @@ class Pool:
     def _start(self) -> _Process:
         spawning = multiprocessing.get_context("spawn")
         ours, theirs = spawning.Pipe()
-        process = spawning.Process(target=_work, args=(theirs, self._task, dict(self._files), self._scratch), daemon=True)
+        args = theirs, self._task, dict(self._files), self._scratch, self._lanes, self._expected
+        process = spawning.Process(target=_work, args=args, daemon=True)
         with _single_threaded():
             process.start()
         theirs.close()
@@ -196,12 +178,13 @@ class Pool:
             self._pace += 0.2 * (self._task.seconds(point, row) - self._pace)
 
     def _feed(self, worker: _Process, waiting: deque[tuple[str, Point]]) -> None:
-        """Give a worker what it may hold: a suspect alone, else runs for AHEAD seconds, and two at least so as not to wait."""
+        """Give a worker what it may hold: a suspect alone, else runs for AHEAD seconds, and enough not to wait."""
         if self._suspects:
             if not worker.held:
                 self._give(worker, [self._suspects.popleft()])
             return
-        most = min(MOST, max(2, int(AHEAD / max(self._pace, 1e-6))), max(2, len(waiting) // self._count))
+        share = max(2, len(waiting) // self._count)
+        most = min(MOST, max(self._least, int(AHEAD / max(self._pace, 1e-6))), share)
         if len(worker.held) <= most // 2:
             self._give(worker, [waiting.popleft() for _ in range(min(most - len(worker.held), len(waiting)))])
 

@@ -9,6 +9,7 @@ import numpy as np
 from .. import master
 from ..errors import RunError
 from ..master import Run
+from ..master.side_by_side import SideBySide
 from ..network import Network
 from ..systems import System
 from .axes import Point
@@ -20,25 +21,26 @@ Row = list[Any]  # in the order of Plan.columns
 
 
 class Runner:
-    """Does the runs of one sweep in this process. files : key of an FMU -> its location here."""
+    """Does the runs of one sweep in this process. files : key of an FMU -> its location here; lanes : what does them."""
 
-    def __init__(self, context: SweepContext, files: Mapping[str, str]) -> None:
-        self._context, self._files = context, files
+    def __init__(self, context: SweepContext, files: Mapping[str, str], lanes: SideBySide | None = None) -> None:
+        self._context, self._files, self._lanes = context, files, lanes or SideBySide(1)
         self._open: dict[tuple[str, ...], Network] = {}
 
     def row(self, key: str, point: Point) -> Row:
         """Do the run and measure it; whatever goes wrong is said in the row."""
         began = time.perf_counter()
-        run, error = None, ""
+        run, error, waited = None, "", 0.0
         try:
-            run = self._run(point)
+            run, waited = self._run(point)
         except RunError as failure:
             run, error = failure.partial, str(failure)
         except Exception as failure:  # a sweep goes on, whatever one run meets; the row names the error and its kind
             error = f"{type(failure).__name__}: {failure}"
         extra, wrong = self._extra(run)
         row = row_of(self._context, key, point, run, error or wrong, 0.0, extra)
-        row[1 + len(point) + FIXED.index("wall_s")] = time.perf_counter() - began  # measuring is part of the work
+        # measuring is part of the work; of what was done side by side a share
+        row[1 + len(point) + FIXED.index("wall_s")] = time.perf_counter() - began - waited
         return row
 
     def _extra(self, run: Run | None) -> tuple[list[float] | None, str]:
@@ -56,11 +58,14 @@ class Runner:
             network.close()
         self._open.clear()
 
-    def _run(self, point: Point) -> Run:
+    def _run(self, point: Point) -> tuple[Run, float]:
+        """The run, and the seconds that it waited for others."""
         system = self._context.system_at(point, self._files)
         algorithm = self._context.algorithm_at(point)
         options = master.Options(compiled=True)
-        return master.run(self._network(system), algorithm, self._context.step_at(point), self._context.stop, options=options)
+        network, began = self._network(system), time.perf_counter()
+        run, own = self._lanes.run(network, algorithm, self._context.step_at(point), self._context.stop, options)
+        return run, time.perf_counter() - began - own
 
     def _network(self, system: System) -> Network:
         """The system's wiring and values around slaves that are open already, if ever they were opened."""

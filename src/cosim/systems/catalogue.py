@@ -26,7 +26,7 @@ GROUP = "gyro_cosim"
 def components() -> dict[str, dict[str, str]]:
     """Package -> variant -> "module:function", for every installed package that offers components."""
     found = {}
-    for entry in sorted(_entries("components")):
+    for entry in sorted(entries("components")):
         try:
             found[entry.name] = dict(entry.load())
         except Exception as error:  # another package's code can fail in any way; people need one line
@@ -38,13 +38,13 @@ def components() -> dict[str, dict[str, str]]:
 def systems() -> dict[str, Path]:
     """Name -> .ssd file of every built-in system."""
     found = {}
-    for entry in _entries("systems"):
+    for entry in entries("systems"):
         folder = Path(str(resources.files(entry.value)))
         found.update({file.stem: file for file in sorted(folder.glob("*.ssd"))})
     return found
 
 
-def _entries(kind: str) -> metadata.EntryPoints:
+def entries(kind: str) -> metadata.EntryPoints:
     return metadata.entry_points(group=f"{GROUP}.{kind}")
 
 
@@ -134,7 +134,7 @@ def export(spec: str, directory: Path, **options: Any) -> list[Path]:
 
 
 def _exported(made: Any, directory: Path, **options: Any) -> list[Path]:
-    (entry, *_) = _entries("exporters")
+    (entry, *_) = entries("exporters")
     files: list[Path] = entry.load()(made, directory, **options)
     return files
 
@@ -154,7 +154,7 @@ def fmu(spec: str) -> Path:
     """
     spec = resolve(spec)
     made = None if _is_ours(spec) else component(spec)
-    folder = cache_folder() / _fingerprint(spec, made)
+    folder = cache_folder() / fingerprint(spec, made)
     built = list(folder.glob("*.fmu"))
     if not built:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -167,73 +167,6 @@ def fmu(spec: str) -> Path:
                     raise
         built = list(folder.glob("*.fmu"))
     return built[0]
-
-
-def library(made: Any, lanes: int = 1) -> Path:
-    """The functions of a component as a shared library for this machine, built if anything that decides on it has changed.
-
-    Parameters
-    ----------
-    made : gyro_cosim.component.Component
-        The component.
-    lanes : int
-        How many runs go side by side in it.
-
-    Returns
-    -------
-    Path
-        The file, in the user's cache.
-
-    Raises
-    ------
-    RuntimeError
-        There is no compiler, or it refuses the code.
-    ValueError
-        The component has no C code, or none for lanes.
-    """
-    entry = next(iter(_entries("libraries")), None)
-    if entry is None:
-        raise RuntimeError("no package that is installed offers components as libraries")
-    file = cache_folder().parent / "library" / f"{_fingerprint(f'library {lanes}', made)}.so"
-    if not file.is_file():
-        data: bytes = entry.load()(made, lanes)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=file.parent) as scratch:
-            (Path(scratch) / "ready").write_bytes(data)
-            (Path(scratch) / "ready").replace(file)
-    return file
-
-
-def compiled(folder: Path, source: str, name: str) -> bytes:
-    """A shared library for this machine of the C file `source` in `folder`, made by the installed compiler.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the source is; intermediate files are written there.
-    source, name : str
-        Of the file, and of the library, without ending.
-
-    Raises
-    ------
-    RuntimeError
-        There is no compiler, or it refuses the code.
-    """
-    entry = next(iter(_entries("compilers")), None)
-    if entry is None:
-        raise RuntimeError("no package that is installed offers a C compiler")
-    library: bytes = entry.load()(folder, source, name)
-    return library
-
-
-def compiler_id() -> str:
-    """What decides on the code of compiled() besides the source: the compiler that is asked, and how it is asked."""
-    entry = next(iter(_entries("compilers")), None)
-    if entry is None:
-        return ""
-    spec = util.find_spec(entry.module)
-    how = Path(spec.origin).read_bytes() if spec is not None and spec.origin else b""
-    return f"{entry.value} {hashlib.sha256(how).hexdigest()}"
 
 
 def cache_folder() -> Path:
@@ -252,13 +185,13 @@ def _is_ours(spec: str) -> bool:
     return _module(spec).startswith("gyro_cosim.")
 
 
-def _fingerprint(spec: str, made: Any) -> str:
+def fingerprint(spec: str, made: Any) -> str:
     """A hash of all that decides on the FMU of `spec`: the model, the contract's and the exporter's sources, tools, machine.
 
     The model is the sources of its folder where it is ours, for they are read faster than it is made. Anyone else's may come
     from anywhere, and so the component `made` of it is hashed: its table, its functions, its equations.
     """
-    (entry, *_) = _entries("exporters")
+    (entry, *_) = entries("exporters")
     packages = ["gyro_cosim.component", entry.module, *([] if made is not None else [_module(spec).rpartition(".")[0]])]
     tools = (metadata.version("casadi"), metadata.version("gyro-cosim"), platform.platform(), os.environ.get("CC"))
     digest = hashlib.sha256(repr((spec, None if made is None else _content(made), tools)).encode())

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...errors import RunError
 from ...master import Progress
+from ...master.side_by_side import SideBySide
 from ...sweeps.axes import Point
 from ...sweeps.pool import Pool, cores
 from ...sweeps.runner import Row
@@ -74,8 +75,8 @@ class Subject(Protocol):
     def named(self) -> Mapping[str, tuple[str, Mapping[str, float]]]:
         """Points with a name -> their kind of wheels, and their values of what is drawn."""
 
-    def open(self, files: Mapping[str, str]) -> Bench:
-        """The subject with its FMUs; files : source -> location."""
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> Bench:
+        """The subject with its FMUs; files : source -> location; lanes : what does its runs."""
 
     def described(self) -> Mapping[str, Any]:
         """What decides the results besides parameters and FMUs, as JSON holds it."""
@@ -116,9 +117,9 @@ class DrawTask:
 
     study: Study
 
-    def open(self, files: Mapping[str, str]) -> "DrawRunner":
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> "DrawRunner":
         """See Task."""
-        return DrawRunner(self, self.study.subject.open(files))
+        return DrawRunner(self, self.study.subject.open(files, lanes))
 
     def lost(self, key: str, point: Point, error: str) -> Row:
         """See Task."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import master
+from ...master.side_by_side import SideBySide
 from ...network import Network
 from ...ssp import system as named_system
 from ...sweeps.axes import Point
@@ -49,8 +50,9 @@ class PairSubject:
         """Claim -> its parts."""
         return {claim: tuple(margins) for claim, margins in pair_measures.margins(_nothing()).items()}
 
-    def open(self, files: Mapping[str, str]) -> "PairBench":
-        """See Subject."""
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> "PairBench":
+        """See Subject; steps as short as the wheel pair's gain nothing from lanes."""
+        del lanes
         return PairBench(self, files)
 
     def described(self) -> dict[str, Any]:

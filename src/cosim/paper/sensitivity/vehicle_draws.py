@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ... import master
+from ...master.side_by_side import SideBySide
 from ...network import Network
 from ...sweeps.axes import Point
 from ...systems import System
@@ -60,9 +61,9 @@ class VehicleSubject:
         """Claim -> its parts."""
         return {claim: tuple(margins) for claim, margins in _margins(lambda v, g: _measured(_nothing(), v)).items()}
 
-    def open(self, files: Mapping[str, str]) -> "VehicleBench":
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> "VehicleBench":
         """See Subject."""
-        return VehicleBench(self, files)
+        return VehicleBench(self, files, lanes)
 
     def described(self) -> dict[str, Any]:
         """See Subject."""
@@ -90,8 +91,8 @@ def subject(extent: Extent = DRAWN) -> VehicleSubject:
 class VehicleBench:
     """The vehicle's FMUs, open in this process."""
 
-    def __init__(self, what: VehicleSubject, files: Mapping[str, str]) -> None:
-        self._what = what
+    def __init__(self, what: VehicleSubject, files: Mapping[str, str], lanes: SideBySide) -> None:
+        self._what, self._lanes = what, lanes
         self._systems = {
             speed: replace(plan, components=tuple(replace(part, source=files[part.source]) for part in plan.components))
             for speed, plan in what.systems.items()
@@ -127,7 +128,8 @@ class VehicleBench:
         if self._network is None:
             self._network = master.open_network(plan)
         network = Network(plan, self._network.slaves)
-        return master.run(network, ALGORITHM, plan.step, stop, options=master.Options(record=RECORD, compiled=True)).trajectory
+        options = master.Options(record=RECORD, compiled=True)
+        return self._lanes.run(network, ALGORITHM, plan.step, stop, options)[0].trajectory
 
 
 def hunts(tr: Trajectory) -> bool:

@@ -60,6 +60,11 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
 
     # ---- what the two versions do in their own way
 
+    @property
+    def file(self) -> tuple[str, str]:
+        """Location and instantiation token of the FMU."""
+        return self._opened.location, self.model.token
+
     @abstractmethod
     def _bind_version(self, library: Library) -> None:
         """The functions and arrays that only this version has."""

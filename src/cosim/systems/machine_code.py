@@ -1,0 +1,110 @@
+"""C code for this machine, made by the installed compiler and kept in the user's cache: kernels, components, lanes of FMUs."""
+
+import hashlib
+import os
+import platform
+import tempfile
+from collections.abc import Mapping
+from importlib import util
+from pathlib import Path
+from typing import Any
+
+from .catalogue import cache_folder, entries, fingerprint
+
+__all__ = ["compiled", "compiler_id", "of_component", "of_lanes"]
+
+
+def of_component(made: Any) -> Path:
+    """The functions of a component as a shared library for this machine, built if anything that decides on it has changed.
+
+    Parameters
+    ----------
+    made : gyro_cosim.component.Component
+        The component.
+
+    Returns
+    -------
+    Path
+        The file, in the user's cache.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    ValueError
+        The component has no C code.
+    """
+    return _cached(fingerprint("library", made), "component", made)
+
+
+def of_lanes(sources: Mapping[str, str], width: int) -> Path:
+    """Steps of several instances of an FMU of the installed exporter at once, as a shared library for this machine.
+
+    Parameters
+    ----------
+    sources : mapping of str to str
+        The C files that the FMU carries, by name.
+    width : int
+        How many instances.
+
+    Returns
+    -------
+    Path
+        The file, in the user's cache.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    ValueError
+        The model does not run in lanes.
+    """
+    text = repr((sorted(sources.items()), width, platform.platform(), os.environ.get("CC"), compiler_id()))
+    return _cached(hashlib.sha256(text.encode()).hexdigest()[:20], "lanes", sources, width)
+
+
+def _cached(name: str, kind: str, *arguments: Any) -> Path:
+    """A library that the entry point `kind` makes of the arguments, or made before."""
+    entry = next((e for e in entries("libraries") if e.name == kind), None)
+    if entry is None:
+        raise RuntimeError(f"no package that is installed offers libraries of the kind {kind!r}")
+    file = cache_folder().parent / "library" / f"{name}.so"
+    if not file.is_file():
+        data: bytes = entry.load()(*arguments)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=file.parent) as scratch:
+            (Path(scratch) / "ready").write_bytes(data)
+            (Path(scratch) / "ready").replace(file)
+    return file
+
+
+def compiled(folder: Path, source: str, name: str) -> bytes:
+    """A shared library for this machine of the C file `source` in `folder`, made by the installed compiler.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the source is; intermediate files are written there.
+    source, name : str
+        Of the file, and of the library, without ending.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    """
+    entry = next(iter(entries("compilers")), None)
+    if entry is None:
+        raise RuntimeError("no package that is installed offers a C compiler")
+    library: bytes = entry.load()(folder, source, name)
+    return library
+
+
+def compiler_id() -> str:
+    """What decides on the code of compiled() besides the source: the compiler that is asked, and how it is asked."""
+    entry = next(iter(entries("compilers")), None)
+    if entry is None:
+        return ""
+    spec = util.find_spec(entry.module)
+    how = Path(spec.origin).read_bytes() if spec is not None and spec.origin else b""
+    return f"{entry.value} {hashlib.sha256(how).hexdigest()}"
