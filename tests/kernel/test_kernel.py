@@ -13,7 +13,7 @@ from gyro_cosim import GaussSeidel, Jacobi, Run, SlaveError, System, fmus, simul
 from gyro_cosim.coupling import Algorithm, Nepce
 from gyro_cosim.kernel import driver, native
 from gyro_cosim.master import Options, open_network
-from gyro_cosim.systems import Connection, SystemComponent, catalogue
+from gyro_cosim.systems import Connection, SystemComponent, catalogue, machine_code
 
 ALGORITHMS = [
     *(Jacobi(k) for k in range(3)),
@@ -244,7 +244,7 @@ def test_without_a_kernel_the_plain_loop_runs_and_the_summary_says_so(
         def refuse(*_: object) -> bytes:
             raise fmus.compiler.CompilerError("the C compiler for this machine cannot be run: none")
 
-        monkeypatch.setattr(catalogue, "compiled", refuse)
+        monkeypatch.setattr(machine_code, "compiled", refuse)
     else:
         (no_kernel_yet / "kernel").write_text("a file where a folder should be")
     code, out, _ = cosim("run", "wheel-pair", "--stop", "8")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from gyro_cosim import figures, master
+from gyro_cosim.master.side_by_side import SideBySide
 from gyro_cosim.paper import cases, measures
 from gyro_cosim.paper.sensitivity import figures as sensitivity_figures
 from gyro_cosim.paper.sensitivity import pair_draws, statistics, vehicle_draws
@@ -149,7 +150,7 @@ class Made:
     wheels: Any = None
     named: Any = None
 
-    def open(self, files: Mapping[str, str]) -> Bench:
+    def open(self, files: Mapping[str, str], lanes: SideBySide) -> Bench:
         raise NotImplementedError
 
     def described(self) -> dict[str, Any]:
