@@ -26,10 +26,13 @@ check: $(DEVELOP)
 	$(BIN)/python .ci/tree.py mypy
 	$(BIN)/python .ci/tree.py lint-imports
 
+# Some minutes. Apart, since they take longer: benchmarks/same_bits.py, mathematics.py, and `cosim paper --draws`.
 bench: $(DEVELOP)
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/vehicle_speed.py
+	$(BIN)/python benchmarks/lanes.py
 	$(BIN)/python benchmarks/scale.py
+	$(BIN)/python benchmarks/long.py
 	$(BIN)/python benchmarks/peers.py
 
 paper: $(READY)

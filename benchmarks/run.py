@@ -1,9 +1,12 @@
 """`make bench`: what the master costs, in one run, as ratios, since machines are shared and drift.
 
 Prints, for the wheel pair and its gyro as FMUs at 1 ms: macro steps per second of each algorithm, the share of time inside
-doStep, and the same pair in process.
+doStep, and the same pair in process. Then 10 000 steps in this process, and from the prompt to the result, beside the start of
+a bare interpreter.
 """
 
+import subprocess
+import sys
 import time
 
 from rich.console import Console
@@ -13,6 +16,17 @@ from gyro_cosim import GaussSeidel, Jacobi, simulate, system
 from gyro_cosim.coupling import Algorithm
 
 STOP = 30.0
+SHORT = ["-m", "gyro_cosim", "run", "wheel-pair", "--step", "1e-3", "--stop", "10"]
+
+
+def seconds(command: list[str]) -> float:
+    """Least wall time of three runs of the interpreter, in s."""
+    spent = []
+    for _ in range(3):
+        began = time.perf_counter()
+        subprocess.run([sys.executable, *command], stdout=subprocess.DEVNULL, check=True)
+        spent.append(time.perf_counter() - began)
+    return min(spent)
 
 
 def main() -> None:
@@ -34,6 +48,7 @@ def main() -> None:
     simulate(plan, step=1e-3, stop=10.0)
     Console(highlight=False).print(table)
     print(f"10 000 macro steps of built FMUs, opening and closing included: {time.perf_counter() - began:.2f} s")
+    print(f"the same from the prompt: {seconds(SHORT):.2f} s; a bare interpreter starts in {seconds(['-c', '']):.2f} s")
 
 
 if __name__ == "__main__":
