@@ -77,7 +77,7 @@ def command(
         return {
             "system": plan.name, "file": str(file), "status": outcome.status, "runs": outcome.runs, "before": outcome.before,
             "done": outcome.done, "failed": outcome.failed, "seconds": outcome.seconds, "workers": outcome.workers,
-            "busy": finite(outcome.busy),
+            "busy": finite(outcome.busy), "way": outcome.way,
         }  # fmt: skip
 
     where = f"on {scheduler}" if scheduler else f"on {outcome.workers} worker(s), {outcome.busy:.0%} of their time in runs"
@@ -85,7 +85,7 @@ def command(
     told = [
         f"{outcome.runs} runs of {plan.name}: {outcome.before} were in the file, {outcome.done} done now, {outcome.failed} of "
         f"them failed" + (f", {left} left" if left else ""),
-        *([f"took {outcome.seconds:.1f} s, {where}"] if outcome.done else []),
+        *([f"took {outcome.seconds:.1f} s, {where}", outcome.way] if outcome.done else []),
         f"wrote {file}" if outcome.done else f"{file} is complete",
     ]
     if outcome.status == "interrupted":

@@ -23,6 +23,7 @@ from .pool import Pool, cores
 from .store import Store, load
 from .summary import write_summary
 from .table import Table
+from .way import way_of
 
 __all__ = ["Axis", "Listed", "Measure", "Outcome", "Plan", "Ranged", "Sweep", "Table", "load", "parse", "sweep", "write_summary"]
 
@@ -43,6 +44,8 @@ class Outcome:
         Share of the workers' time that was spent in runs; NaN on a cluster, whose workers may do other work too.
     status
         "done", or "interrupted" by Ctrl-C.
+    way
+        Which way the runs went, in one line.
     """
 
     runs: int
@@ -53,6 +56,7 @@ class Outcome:
     workers: int
     busy: float
     status: Literal["done", "interrupted"]
+    way: str
 
 
 def sweep(
@@ -135,5 +139,5 @@ def sweep(
         store.close(finish=finish)
     return Outcome(
         len(plan.runs), len(plan.runs) - len(todo), done, failed, perf_counter() - began, count, busy,
-        status,  # type: ignore[arg-type]
+        status, way_of(plan, lanes, elsewhere=scheduler is not None),  # type: ignore[arg-type]
     )  # fmt: skip

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from ...systems import archive, machine_code
 
-__all__ = ["LaneCode", "lane_code", "widest"]
+__all__ = ["LaneCode", "lane_code", "widest", "without_lanes"]
+
+NO_LANES = "#define NO_LANES"
 
 
 class LaneCode:
@@ -60,12 +62,25 @@ def lane_code(location: str, token: str, width: int) -> LaneCode:
     RuntimeError, OSError
         There is no compiler, it refuses the code, or the library cannot be loaded.
     """
+    return LaneCode(machine_code.of_lanes(_sources(location), width), token)
+
+
+def without_lanes(location: str) -> str:
+    """Why an FMU has no code for lanes, in words; empty where it has."""
+    try:
+        sources = _sources(location)
+    except ValueError as error:
+        return str(error)
+    return f"the model of FMU {location!r} is sampled or its steps are implicit" if NO_LANES in sources["model_data.h"] else ""
+
+
+def _sources(location: str) -> dict[str, str]:
+    """The C files that an FMU of ours carries, by name."""
     with archive.opened(location) as members:
         names = [n for n in members.namelist() if n.startswith("sources/") and n.endswith((".c", ".h"))]
         if "sources/lanes.c" not in names:
             raise ValueError(f"FMU {location!r} carries no sources for lanes")
-        sources = {name.removeprefix("sources/"): members.read(name).decode() for name in names}
-    return LaneCode(machine_code.of_lanes(sources, width), token)
+        return {name.removeprefix("sources/"): members.read(name).decode() for name in names}
 
 
 @cache
