@@ -181,6 +181,26 @@ def test_a_sweeps_rows_are_the_same_side_by_side(pair: System) -> None:
     assert repr(list(rows(2))) == repr(list(rows(1)))  # repr: NaN is NaN
 
 
+@pytest.mark.usefixtures("eager")
+def test_nobody_waits_for_a_march_that_has_stopped(pair: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault of our own in the marching thread becomes the error of the runs that wait; later ones go alone."""
+
+    class Broken:
+        def __init__(self, *_: object) -> None:
+            raise MemoryError("no room")
+
+    lanes = side_by_side.SideBySide(2, expected=10)
+    try:
+        with open_network(pair) as network:
+            lanes.run(network, Jacobi(1), 1e-2, 0.5)
+            monkeypatch.setattr(side_by_side, "Lanes", Broken)
+            with pytest.raises(MemoryError, match="no room"):
+                lanes.run(network, Jacobi(1), 1e-2, 0.5)
+            assert lanes.run(network, Jacobi(1), 1e-2, 0.5)[0].status == "done"
+    finally:
+        lanes.close()
+
+
 def test_short_steps_go_one_run_at_a_time(pair: System) -> None:
     plan = Sweep(pair, {"left.stiffness": "5:400:5"}).plan()
     crew = crew_of(plan, 8)

@@ -45,6 +45,7 @@ class SideBySide:
         self._expected = expected
         self._codes: dict[Hashable, Sequence[LaneCode] | None] = {}
         self._waiting: deque[Job] = deque()
+        self._asked: set[Future[tuple[Run | Exception, float]]] = set()  # whom a thread waits for
         self._changed = threading.Condition()
         self._marching: threading.Thread | None = None
         self._closed = False
@@ -63,6 +64,7 @@ class SideBySide:
             job = Job((kind, Future()), network, algorithm, step, stop, options)
             with self._changed:
                 self._waiting.append(job)
+                self._asked.add(job.key[1])
                 if self._marching is None:
                     self._marching = threading.Thread(target=self._march, daemon=True)
                     self._marching.start()
@@ -111,6 +113,19 @@ class SideBySide:
 
     def _march(self) -> None:
         """Do what is waiting, kind after kind, until there will be no more."""
+        try:
+            self._march_on()
+        except Exception as error:  # nobody must wait for ever
+            _log.exception("runs side by side have stopped")
+            with self._changed:
+                self._waiting.clear()
+                self._codes = dict.fromkeys(self._codes)
+                self._marching = None
+                asked, self._asked = self._asked, set()
+            for future in asked:
+                future.set_result((error, 0.0))
+
+    def _march_on(self) -> None:
         kernel = native.kernel()
         assert isinstance(kernel, native.Kernel)
         while True:
@@ -123,6 +138,7 @@ class SideBySide:
             codes = self._codes[kind]
             assert codes is not None
             for (_, future), result, seconds in Lanes(kernel, codes, self.width).results(partial(self._next, kind)):
+                self._asked.discard(future)
                 future.set_result((result, seconds))
 
     def _next(self, kind: Hashable, slot: int) -> Job | None:
