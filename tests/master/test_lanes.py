@@ -66,7 +66,7 @@ def tasks(pair: System) -> list[Task]:
         if k == 9:
             plan = plan.with_value("right.internal_step", 3e-3)
         if k == 10:
-            plan = plan.with_value("left.tolerance", 1e-6)  # error control: not in a lane
+            plan = plan.with_value("left.stiffness", 5.0).with_value("left.tolerance", 1e-6)  # error control: not in a lane
         of.append((plan, algorithms[k % 5], (1e-2, 7e-3)[k % 2], 1.0 + 0.1 * k))
     return of
 
