@@ -182,6 +182,22 @@ def test_a_sweeps_rows_are_the_same_side_by_side(pair: System) -> None:
 
 
 @pytest.mark.usefixtures("eager")
+def test_without_a_compiler_runs_go_one_at_a_time(
+    pair: System, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def refuse(*_: object) -> None:
+        raise RuntimeError("the C compiler for this machine cannot be run: none")
+
+    monkeypatch.setattr("gyro_cosim.systems.machine_code.of_lanes", refuse)
+    lane_code.cache_clear()
+    lanes = side_by_side.SideBySide(2, expected=10)
+    with open_network(pair) as network:
+        assert [lanes.run(network, Jacobi(1), 1e-2, 0.5)[0].status for _ in range(2)] == ["done", "done"]
+    assert lanes.at_once == 1
+    assert caplog.messages == ["runs of pair go one at a time: the C compiler for this machine cannot be run: none"]
+
+
+@pytest.mark.usefixtures("eager")
 def test_nobody_waits_for_a_march_that_has_stopped(pair: System, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fault of our own in the marching thread becomes the error of the runs that wait; later ones go alone."""
 

@@ -106,9 +106,10 @@ class SideBySide:
         codes: Sequence[LaneCode] | str | None = None
         if inside >= LARGE and seconds * self._expected >= LONG and not result.without_kernel:
             codes = lane_codes(network, self.width)
-            _log.info(
-                "runs of %s go %s", network.system.name, codes if isinstance(codes, str) else f"{self.width} at once, in lanes"
-            )
+            if isinstance(codes, str):
+                _log.warning("runs of %s go one at a time: %s", network.system.name, codes)
+            else:
+                _log.info("runs of %s go %d at once, in lanes", network.system.name, self.width)
         self._codes[kind] = None if isinstance(codes, str) else codes
 
     def _march(self) -> None:
