@@ -7,8 +7,9 @@ The master is general, so the command line asks whoever is installed. A package 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from ..systems import System
 from ..trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -39,6 +40,23 @@ class Field(Protocol):
 
     def figure(self, finding: Any, trajectory: Trajectory, title: str) -> "Figure":
         """The figure that `cosim run --plot` draws of it, in the place of plain time histories."""
+
+
+@runtime_checkable
+class Deciding(Protocol):
+    """What a field has besides, where its findings hold verdicts that `cosim run --robust` can ask again."""
+
+    def questions(self, names: Sequence[str]) -> Sequence[str]:
+        """What it decides in a run that records these signals, such as "vehicle: derailed"; empty where it is nothing."""
+
+    def answers(self, finding: Any) -> Mapping[str, str]:
+        """The answers that a finding gives, by question; a question that it cannot answer is left out."""
+
+    def starts(self, names: Sequence[str]) -> Mapping[str, str]:
+        """The start values that nobody knows exactly, `component.variable`, and how far away they may be: "1mm"."""
+
+    def forms(self, system: System) -> Mapping[str, System]:
+        """Other forms of the same model, in words ("with the creep law of ...") and as the system to run."""
 
 
 @dataclass(frozen=True)

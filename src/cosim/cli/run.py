@@ -30,6 +30,7 @@ from .common import (
     seconds,
     writable,
 )
+from .robust import STARTS, prepared
 from .settings import assignment, words
 from .summary import certificate_document, certificate_words, document, summary_lines
 
@@ -61,6 +62,15 @@ def command(
     certify: Annotated[
         bool, typer.Option("--certify", help="estimate the coupling error of every output and the stability margin")
     ] = False,
+    robust: Annotated[
+        bool, typer.Option("--robust", help="ask the verdicts again with half the steps, other starts, another form of the model")
+    ] = False,
+    starts: Annotated[int | None, typer.Option(metavar="N", help=f"starts of --robust; {STARTS} otherwise")] = None,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COMPONENT.VARIABLE=TOL", help="how far a start of --robust may be away: vehicle.angle=1mrad"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
     in_process: InProcess = False,
     isolate: Annotated[bool, typer.Option("--isolate", help="run every FMU in a process of its own")] = False,
     realtime: Annotated[
@@ -114,6 +124,10 @@ def command(
     if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
         raise ValueError("--certify needs an even macro step and all results of the whole run")
     writable(output, trajectory.check_format)
+    for option, value in (("--starts", starts), ("--within", within), ("--seed", seed)):
+        needs(option, value, "--robust", robust)
+    if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
+        raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
     if plot is not None:
         from .. import figures
 
@@ -125,6 +139,11 @@ def command(
     with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
         if loops == "refuse":
             network.refuse_loops()
+        again = (
+            prepared(network, h, within or (), STARTS if starts is None else starts, 1 if seed is None else seed)
+            if robust
+            else None
+        )
         streamed = output is not None and output.suffix == ".csv" and not certify
         streamed = streamed and (steps * len(network.names) > AUTO_STREAM or checkpoint is not None or resume is not None)
         options = Options(
@@ -164,6 +183,10 @@ def command(
         raise failure
     told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
     lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
+    if again is not None:
+        asked = again.ask(run, found, chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
+        told["robust"] = again.document(asked)
+        lines += again.words(asked)
     if pacer is not None:
         told["realtime"] = pacer.report().document()
         lines.append(pacer.report().words())
@@ -172,7 +195,8 @@ def command(
         console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
     if uncertified:
         console().print(f"cosim: {uncertified}", soft_wrap=True)
-    return 0 if run.status in ("done", "ended") and not uncertified else 1
+    turned = again is not None and not all(one.decidable for one in asked)
+    return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
 
 
 def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:

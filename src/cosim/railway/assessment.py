@@ -8,6 +8,7 @@ A component is taken for a railway vehicle if it calls its outputs like one:
     WHEEL_lateral_force             Y, N, and WHEEL_derailment_coefficient, Y/Q
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,29 +60,45 @@ def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
     assessments
         Empty where there is no vehicle, or too little of a run to filter.
     """
-    vehicles = []
-    for name in trajectory.names:
+    found = vehicles_in(trajectory.names) if len(trajectory) > 100 else ()
+    return tuple(_assessed(trajectory, *one) for one in found)
+
+
+def vehicles_in(names: Sequence[str]) -> tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...]:
+    """The railway vehicles among signals.
+
+    Parameters
+    ----------
+    names
+        Of the signals, `component.output`.
+
+    Returns
+    -------
+    vehicles
+        Of each its name, its wheels, whose climb and derailment coefficient are both there, and its wheel pairs.
+    """
+    found = []
+    for name in names:
         vehicle, dot, signal = name.rpartition(".")
-        if dot and signal == DISTANCE and len(trajectory) > 100:
-            vehicles += [_assessed(trajectory, vehicle)] if _wheels(trajectory, vehicle) else []
-    return tuple(vehicles)
+        wheels = _wheels(names, vehicle) if dot and signal == DISTANCE else ()
+        found += [(vehicle, wheels, _pairs(names, vehicle))] if wheels else []
+    return tuple(found)
 
 
-def _wheels(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:
-    """Wheels whose climb and derailment coefficient are both recorded."""
+def _wheels(names: Sequence[str], vehicle: str) -> tuple[str, ...]:
     start = f"{vehicle}."
-    climbing = [n[len(start) : -len(CLIMB)] for n in trajectory.names if n.startswith(start) and n.endswith(CLIMB)]
-    return tuple(w for w in climbing if f"{start}{w}{COEFFICIENT}" in trajectory.names)
+    climbing = [n[len(start) : -len(CLIMB)] for n in names if n.startswith(start) and n.endswith(CLIMB)]
+    return tuple(w for w in climbing if f"{start}{w}{COEFFICIENT}" in names)
 
 
-def _pairs(trajectory: Trajectory, vehicle: str) -> tuple[str, ...]:
+def _pairs(names: Sequence[str], vehicle: str) -> tuple[str, ...]:
     start = f"{vehicle}."
-    moving = [n[len(start) : -len(LATERAL)] for n in trajectory.names if n.startswith(start) and n.endswith(LATERAL)]
-    return tuple(p for p in moving if p != "body" and f"{start}{p}{YAW}" in trajectory.names)
+    moving = [n[len(start) : -len(LATERAL)] for n in names if n.startswith(start) and n.endswith(LATERAL)]
+    return tuple(p for p in moving if p != "body" and f"{start}{p}{YAW}" in names)
 
 
-def _assessed(trajectory: Trajectory, vehicle: str) -> Assessment:
-    wheels, pairs, t = _wheels(trajectory, vehicle), _pairs(trajectory, vehicle), trajectory.t
+def _assessed(trajectory: Trajectory, vehicle: str, wheels: tuple[str, ...], pairs: tuple[str, ...]) -> Assessment:
+    t = trajectory.t
     even = np.linspace(t[0], t[-1], t.size)  # the filter wants even steps; a last, shorter one is spread
 
     def signal(name: str) -> np.ndarray:

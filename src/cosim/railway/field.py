@@ -3,14 +3,23 @@
 The entry point `railway` of the group `gyro_cosim.assessments` names RAILWAY; what it must have stands in cli/assessments.py.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..systems import System
 from ..trajectory import Trajectory
-from .assessment import Assessment, assess
+from .assessment import LATERAL, Assessment, assess, vehicles_in
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# The same vehicle with another creep law, in words. A vehicle of another name has no other form that we know of.
+CREEP_LAWS = {
+    "vehicle:lrt": "Polach's creep law",
+    "vehicle:lrt_shen_hedrick_elkins": "the creep law of Shen, Hedrick and Elkins",
+    "vehicle:lrt_fastsim": "FASTSIM",
+}
+START = "1mm"  # how exactly a vehicle stands on its track, as we assume: the ledger's starts lie ten times as near
 
 
 class Railway:
@@ -55,6 +64,39 @@ class Railway:
         from .figures import along_track
 
         return along_track(trajectory, finding, title)
+
+    def questions(self, names: Sequence[str]) -> list[str]:
+        """Whether each vehicle derails and keeps the limit of Y/Q."""
+        return [question for vehicle, _, _ in vehicles_in(names) for question in (_derailed(vehicle), _within(vehicle))]
+
+    def answers(self, finding: Assessment) -> dict[str, str]:
+        """Yes or no; nothing of Y/Q where the filter of EN 14363 cannot be used."""
+        made = {_derailed(finding.vehicle): "yes" if finding.verdict.derailed else "no"}
+        if finding.worst is not None:
+            made[_within(finding.vehicle)] = "no" if finding.worst.exceeded else "yes"
+        return made
+
+    def starts(self, names: Sequence[str]) -> dict[str, str]:
+        """The lateral displacement of the first wheel pair of each vehicle, within START."""
+        return {f"{vehicle}.{pairs[0]}{LATERAL}": START for vehicle, _, pairs in vehicles_in(names) if pairs}
+
+    def forms(self, system: System) -> Mapping[str, System]:
+        """The system with each other creep law that its vehicle comes with."""
+        made = {}
+        for component in system.components:
+            if component.source in CREEP_LAWS:
+                for source, law in CREEP_LAWS.items():
+                    if source != component.source:
+                        made[f"with {law} ({component.name} = {source})"] = system.with_source(component.name, source)
+        return made
+
+
+def _derailed(vehicle: str) -> str:
+    return f"{vehicle}: derailed"
+
+
+def _within(vehicle: str) -> str:
+    return f"{vehicle}: Y/Q within its limit"
 
 
 RAILWAY = Railway()

@@ -1,0 +1,169 @@
+"""Verdicts that are asked again: what is changed, what is counted, and when nothing can be decided."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import oscillators
+import pytest
+
+from gyro_cosim.comparison.robustness import Change, changes, interval, robustness
+from gyro_cosim.errors import RunError
+from gyro_cosim.master import open_network
+from gyro_cosim.railway.field import RAILWAY
+from gyro_cosim.ssp import system
+from gyro_cosim.systems import StopWhen, System
+
+WITHIN = {"left.position": "1mm", "right.v2": 0.02}
+
+
+def made(plan: System, within: Mapping[str, str | float] = WITHIN, starts: int = 50, seed: int = 1) -> list[Change]:
+    with open_network(plan, in_process=True) as network:
+        return changes(network, 0.02, within=within, starts=starts, seed=seed, forms={"with a hard spring": oscillators.pair()})
+
+
+def test_each_run_has_one_thing_changed() -> None:
+    plan = oscillators.pair().with_value("left.internal_step", "0.8ms")
+    macro, internal, form, *starts = made(plan)
+    assert (macro.kind, macro.step, macro.system) == ("macro step", 0.01, plan)
+    assert (internal.kind, internal.step) == ("internal step", 0.02)
+    assert internal.system.components[0].values == {**plan.components[0].values, "internal_step": pytest.approx(0.4e-3)}
+    assert internal.system.components[1].values["internal_step"] == pytest.approx(0.5e-3)  # its own is 1 ms
+    assert (form.kind, form.words, form.step) == ("form", "with a hard spring", 0.02)
+    assert {(s.kind, s.step) for s in starts} == {("start", 0.02)}
+    assert all(s.system.components[0].values["internal_step"] == "0.8ms" for s in starts)
+
+
+def test_starts_lie_within_the_tolerance_about_the_value_of_the_run_and_come_from_the_seed() -> None:
+    plan = oscillators.pair().with_value("left.position", "2m")
+    drawn = [[(c.values["position"], d.values["v2"]) for c, d in [x.system.components]] for x in made(plan) if x.kind == "start"]
+    positions, speeds = zip(*(one for (one,) in drawn), strict=True)
+    assert len(positions) == 50
+    assert all(abs(p - 2.0) <= 1e-3 for p in positions)
+    assert max(abs(p - 2.0) for p in positions) > 0.8e-3
+    assert all(abs(v) <= 0.02 for v in speeds)
+    assert max(abs(v) for v in speeds) > 0.016
+    assert made(plan) == made(plan) != made(plan, seed=2)
+    assert [c for c in made(plan, {}) if c.kind == "start"] == []
+
+
+@pytest.mark.parametrize(
+    ("within", "starts", "words"),
+    [
+        ({"left.positon": "1mm"}, 1, "unknown parameter of 'left': 'positon'; did you mean 'position'?"),
+        ({"middle.position": "1mm"}, 1, "'middle'; known: left, right"),
+        ({"left.position": "1s"}, 1, "left.position: unit 's' cannot be expressed in 'm'"),
+        ({"left.position": "-1mm"}, 1, "left.position: tolerance must be positive and finite, got -1mm"),
+        ({"left.internal_step": "2ms"}, 1, "left.internal_step: must be at least"),
+        ({"left.position": "1mm"}, 0, "starts must be at least 1, got 0"),
+    ],
+)
+def test_what_cannot_be_varied_is_refused(within: dict[str, str], starts: int, words: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(words)):
+        made(oscillators.pair(), within, starts)
+
+
+def test_the_share_counts_starts_only_and_every_change_can_turn() -> None:
+    runs = made(oscillators.pair(), starts=20)
+
+    def ask(change: Change) -> dict[str, str]:
+        if change.kind == "macro step":
+            raise RunError("component 'left' failed")
+        turned = change.kind == "form" or change in runs[-3:]
+        return {"falls": "yes" if turned else "no", "stands": "yes"}
+
+    told: list[tuple[float, float]] = []
+    falls, stands, rests = robustness(
+        {"falls": "no", "stands": "yes"}, ["falls", "stands", "rests"], runs, ask, lambda done, of: told.append((done, of))
+    )
+    assert (falls.same, falls.starts, falls.decidable) == (17, 20, False)
+    assert falls.turned == (
+        "no answer with half the macro step (10 ms) (component 'left' failed)",
+        "yes with a hard spring",
+        f"3 of 20 starts, such as yes {runs[-3].words}",
+    )
+    assert (stands.same, len(stands.turned), stands.decidable) == (20, 1, False)
+    assert not rests.answer
+    assert not rests.decidable
+    assert told[-1] == (23, 23)
+    assert robustness({"q": "a"}, ["q"], runs, lambda _: {"q": "a"})[0].decidable
+
+
+def test_the_interval_is_wilsons() -> None:
+    """Of Newcombe, Two-sided confidence intervals for the single proportion (1998), table I: 81 of 263, 15 of 148, 0 of 20."""
+    assert interval(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    assert interval(15, 148) == pytest.approx((0.0624, 0.1605), abs=5e-5)
+    assert interval(0, 20) == pytest.approx((0.0, 0.1611), abs=5e-5)
+    assert interval(0, 0) == (0.0, 1.0)
+
+
+def test_the_railway_knows_which_vehicles_have_another_creep_law() -> None:
+    forms = RAILWAY.forms(system("lrt-curve"))
+    assert [form.components[0].source for form in forms.values()] == ["vehicle:lrt_shen_hedrick_elkins", "vehicle:lrt_fastsim"]
+    assert list(forms)[1] == "with FASTSIM (vehicle = vehicle:lrt_fastsim)"
+    plan = system("lrt-curve")
+    assert all(form.components[0].values == plan.components[0].values for form in forms.values())
+    assert not RAILWAY.forms(system("lrt-curve-b"))
+    assert not RAILWAY.forms(system("wheel-pair"))
+
+
+@pytest.fixture
+def swinging(monkeypatch: pytest.MonkeyPatch) -> System:
+    """The command line then runs the oscillator, which stops where its left mass is too fast: 3 m/s, which it is."""
+    from gyro_cosim.cli import run as command
+
+    plan = replace(
+        oscillators.pair(), stop=2.0, step=1e-2, stop_when=(StopWhen(("left", "velocity"), 3.0, "too fast"),)
+    )  # fmt: skip
+    monkeypatch.setattr(command, "chosen_system", lambda *_: plan)
+    return plan
+
+
+RUN = ("run", "oscillator", "--in-process", "--robust")
+
+
+def test_a_verdict_far_from_its_limit_holds(swinging: System, cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:
+    document = cosim_json(*RUN, "--within", "left.position=1mm", "--starts", "5")
+    (verdict,) = document["robust"]["verdicts"]
+    assert (verdict["question"], verdict["answer"], verdict["decidable"]) == ("stops: too fast", "yes", True)
+    assert (verdict["same"], verdict["of"], verdict["turned"]) == (5, 5, [])
+    assert document["robust"]["starts"] == "5 starts, seed 1: left.position +- 1mm"
+    assert document["robust"]["runs"] == 7
+    code, out, err = cosim(*RUN)
+    assert (code, err) == (0, "")
+    assert "no other starts (--within)" in out
+    assert "stops: too fast? yes, in all of them\n" in out
+
+
+def test_a_verdict_that_starts_turn_is_not_decidable(swinging: System, cosim: Callable[..., Any]) -> None:
+    code, out, _ = cosim(*RUN, "--within", "left.position=1m", "--starts", "8")
+    assert code == 1
+    said = " ".join(out.split())
+    assert "stops: too fast? not decidable: yes in this run, " in said
+    assert "of 8 starts, such as no from left.position = 0." in said
+
+
+def test_a_system_without_a_verdict_is_refused_before_it_runs(cosim: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    from gyro_cosim.cli import run as command
+
+    monkeypatch.setattr(command, "run_network", lambda *_, **__: pytest.fail("it ran"))
+    code, out, err = cosim("run", "wheel-pair", "--in-process", "--robust")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("cosim: --robust needs a verdict, system 'wheel-pair' has none: ")
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("--starts", "3"), "--starts has no effect without --robust"),
+        (("--robust", "--adaptive", "1e-4"), "--robust needs an even macro step"),
+        (("--robust", "--within", "left.position"), "--within must be COMPONENT.VARIABLE=TOL, got 'left.position'"),
+    ],
+)
+def test_options_that_do_not_fit_are_one_line(
+    words: tuple[str, ...], says: str, swinging: System, cosim: Callable[..., Any]
+) -> None:
+    code, out, err = cosim("run", "oscillator", "--in-process", *words)
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert says in err
