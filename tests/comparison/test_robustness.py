@@ -8,7 +8,7 @@ from typing import Any
 import oscillators
 import pytest
 
-from gyro_cosim.comparison.robustness import Change, changes, interval, robustness
+from gyro_cosim.comparison.robustness import Change, asked_again, changes, interval
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import open_network
 from gyro_cosim.railway.field import RAILWAY
@@ -74,7 +74,7 @@ def test_the_share_counts_starts_only_and_every_change_can_turn() -> None:
         return {"falls": "yes" if turned else "no", "stands": "yes"}
 
     told: list[tuple[float, float]] = []
-    falls, stands, rests = robustness(
+    falls, stands, rests = asked_again(
         {"falls": "no", "stands": "yes"}, ["falls", "stands", "rests"], runs, ask, lambda done, of: told.append((done, of))
     )
     assert (falls.same, falls.starts, falls.decidable) == (17, 20, False)
@@ -87,7 +87,7 @@ def test_the_share_counts_starts_only_and_every_change_can_turn() -> None:
     assert not rests.answer
     assert not rests.decidable
     assert told[-1] == (23, 23)
-    assert robustness({"q": "a"}, ["q"], runs, lambda _: {"q": "a"})[0].decidable
+    assert asked_again({"q": "a"}, ["q"], runs, lambda _: {"q": "a"})[0].decidable
 
 
 def test_the_interval_is_wilsons() -> None:

@@ -41,7 +41,7 @@ class Again:
         in_process: bool, isolate: bool, substeps: Mapping[str, int], every: int,
     ) -> "list[Robustness]":  # fmt: skip
         """Do the runs, everything else as in `run`; times in s."""
-        from ..comparison.robustness import robustness
+        from ..comparison.robustness import asked_again
 
         def answers(change: "Change") -> dict[str, str]:
             other = simulate(
@@ -51,7 +51,7 @@ class Again:
             return answered(other, assessed(other.trajectory))
 
         with progress("asking again") as show:
-            return robustness(answered(run, found), self.questions, self.runs, answers, show)
+            return asked_again(answered(run, found), self.questions, self.runs, answers, show)
 
     def document(self, asked: "Sequence[Robustness]") -> dict[str, Any]:
         """As JSON holds it."""

@@ -134,7 +134,7 @@ def changes(
     return made
 
 
-def robustness(
+def asked_again(
     given: Answers,
     questions: Sequence[str],
     runs: Sequence[Change],
