@@ -123,8 +123,8 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
     ),
     "instances share a state": (
         "step.c",
-        "const State before = m->s;",
-        "static double shared; const State before = m->s; m->s.x[0] += shared; shared += 1e-9;",
+        "if (m->ask) m->ask(m, t, 0);",
+        "static double shared; m->s.x[0] += shared; shared += 1e-9;",
         "instances",
     ),
     "reset keeps the inputs": (
@@ -135,8 +135,8 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
     ),
     "crash in a step": (
         "step.c",
-        "const State before = m->s;",
-        "const State before = m->s; *(volatile int *)0 = 1;",
+        "if (m->ask) m->ask(m, t, 0);",
+        "*(volatile int *)0 = 1;",
         "instance",
     ),
     "crash at the bound of a parameter": (
