@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gyro_cosim.railway.assessment import assess
+from gyro_cosim.railway.field import RAILWAY
 from gyro_cosim.trajectory import Trajectory
 
 
@@ -50,3 +51,14 @@ def test_too_few_points_for_the_filter_leave_the_coefficient_open() -> None:
 def test_a_run_without_a_vehicle_says_nothing() -> None:
     t = np.linspace(0, 1, 200)
     assert assess(Trajectory(t, ("a.x",), ("m",), t[:, None])) == ()
+
+
+def test_what_is_asked_of_a_vehicle_is_known_from_names_and_answered_from_a_run() -> None:
+    names = made(0.5).names
+    assert RAILWAY.questions(names) == ["v: derailed", "v: Y/Q within its limit"]
+    assert RAILWAY.starts(names) == {"v.front_lateral_displacement": "1mm"}
+    assert not RAILWAY.questions(("other.body_distance",))
+    assert not RAILWAY.starts(("other.body_distance",))
+    answers = [RAILWAY.answers(found) for run in (made(0.5), made(2.0), made(0.5, n=150)) for found in assess(run)]
+    assert [one["v: derailed"] for one in answers] == ["no", "yes", "no"]
+    assert [one.get("v: Y/Q within its limit") for one in answers] == ["no", "no", None]

@@ -1,1 +1,1 @@
-"""Is one component as good as another? Differences, tolerances, frequency responses, energy at its bonds."""
+"""Is one component as good as another? Differences, tolerances, frequency responses, energy at its bonds. Do verdicts survive?"""
