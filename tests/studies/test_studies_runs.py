@@ -159,6 +159,7 @@ def test_what_is_felt_on_the_floor(monkeypatch: pytest.MonkeyPatch, signal: str,
         assert mean_comfort(rms["x"], rms["y"], rms["z"]) == pytest.approx(6 * expected, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_yaw_damper_does_what_an_inerter_does_not(short: Callable[[str], dict[str, Any]]) -> None:
     """Of what is not chaotic: growth on straight track, and runs through the curve that do not hunt."""
     found = short("rivals")

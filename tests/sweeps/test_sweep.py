@@ -188,7 +188,7 @@ def test_starting_again_repeats_nothing_and_extending_adds(tmp_path: Path) -> No
 def test_a_full_disk_is_one_line_and_costs_no_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cosim: Callable[..., Any]
 ) -> None:
-    file, write, room = tmp_path / "a.npz", os.write, [9000]  # bytes, more than a worker reports at once
+    file, write, room = tmp_path / "a.npz", os.write, [6000]
 
     def on_a_small_disk(descriptor: int, data: Any) -> int:
         """Takes what there is room for, then refuses, as a file system does; pipes have room."""
@@ -207,6 +207,8 @@ def test_a_full_disk_is_one_line_and_costs_no_row(
         "gyro.rotor_speed=0rpm:300rpm:30",
         "--stop",
         "0.05",
+        "--lanes",
+        "1",
         "--workers",
         "1",
         "--output",
