@@ -1,7 +1,10 @@
 """Runs in lanes: the bits, the messages and the ends that each run has alone, whoever runs beside it."""
 
+import re
+import zipfile
 from collections import deque
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -146,6 +149,37 @@ def test_an_fmu_without_sources_has_no_lanes(pair: System, tmp_path: Any) -> Non
     (bare,) = fmus.export(swing("left"), tmp_path, sources=False)
     with open_network(pair.with_source("left", str(bare))) as network:
         assert lane_codes(network, 2) == f"FMU {str(bare)!r} carries no sources for lanes"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [
+        ("sources/model_data.h", None, "carries no sources for lanes"),
+        ("sources/lanes.c", None, "carries no sources for lanes"),
+        ("sources/lanes.c", b"\xff\xfe", "must be UTF-8"),
+        ("sources/lanes.c", b"this is no C", "the C compiler for .* failed"),
+        ("sources/lanes.c", b'#include "core.h"\nint batch_step(void) { return 0; }\n', "INSTANTIATION_TOKEN"),
+        ("sources/below/more.h", b"x", ""),  # it is left where it is, and the lanes work
+    ],
+    ids=["no data", "no lanes", "no text", "no C", "no symbols", "a folder"],
+)
+def test_strange_sources_in_an_fmu(pair: System, tmp_path: Path, name: str, content: bytes | None, reason: str) -> None:
+    """Whatever an FMU carries: one line why it has no lanes."""
+    strange = tmp_path / "strange.fmu"
+    with zipfile.ZipFile(pair.components[0].source) as old, zipfile.ZipFile(strange, "w") as new:
+        for member in old.namelist():
+            if member != name:
+                new.writestr(member, old.read(member))
+        if content is not None:
+            new.writestr(name, content)
+    with open_network(pair.with_source("left", str(strange))) as network:
+        codes = lane_codes(network, 2)
+    if reason:
+        assert isinstance(codes, str)
+        assert re.search(reason, codes)
+        assert "\n" not in codes
+    else:
+        assert not isinstance(codes, str)
 
 
 def test_sources_of_another_model_are_refused(pair: System) -> None:

@@ -65,7 +65,7 @@ def lane_codes(network: Network, width: int) -> Sequence[LaneCode] | str:
             return f"component {slave.name!r} is no FMU of FMI 2.0 in this process"
         try:
             codes.append(lane_code(*slave.file, width))
-        except (OSError, RuntimeError, ValueError) as error:
+        except (AttributeError, OSError, RuntimeError, ValueError) as error:  # the library may lack what is asked of it
             return " ".join(str(error).split())
     return codes
 

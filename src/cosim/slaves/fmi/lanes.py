@@ -35,7 +35,9 @@ class LaneCode:
 
     def __init__(self, file: Path, token: str) -> None:
         self._library = ctypes.PyDLL(str(file))
-        have = ctypes.string_at(ctypes.addressof(ctypes.c_char.in_dll(self._library, "INSTANTIATION_TOKEN"))).decode()
+        have = ctypes.string_at(ctypes.addressof(ctypes.c_char.in_dll(self._library, "INSTANTIATION_TOKEN"))).decode(
+            errors="replace"
+        )
         if have != token:
             raise ValueError(f"the sources in the FMU must be of its token {token}, are of {have}")
         self.step, self.output = (
@@ -75,12 +77,16 @@ def without_lanes(location: str) -> str:
 
 
 def _sources(location: str) -> dict[str, str]:
-    """The C files that an FMU of ours carries, by name."""
+    """The C files that an FMU of ours carries, by name; those in folders below are none of ours."""
     with archive.opened(location) as members:
-        names = [n for n in members.namelist() if n.startswith("sources/") and n.endswith((".c", ".h"))]
-        if "sources/lanes.c" not in names:
+        names = [n.removeprefix("sources/") for n in members.namelist() if n.startswith("sources/") and n.endswith((".c", ".h"))]
+        flat = [name for name in names if name == Path(name).name and "\\" not in name]
+        if not {"lanes.c", "model_data.h"} <= set(flat):
             raise ValueError(f"FMU {location!r} carries no sources for lanes")
-        return {name.removeprefix("sources/"): members.read(name).decode() for name in names}
+        try:
+            return {name: members.read(f"sources/{name}").decode() for name in flat}
+        except UnicodeDecodeError as error:
+            raise ValueError(f"the sources in FMU {location!r} must be UTF-8: {error}") from None
 
 
 @cache
