@@ -70,16 +70,18 @@ EXPORT int64_t batch_step(Instance *const *of, const double *t, const double *h)
     const Room room = {argument, result, NULL, NULL};
     real x[AT_LEAST_ONE(N_X)], next[AT_LEAST_ONE(N_X)], U[3 * AT_LEAST_ONE(N_U)], length, n;
     const Instance *any = first_of(of);
-    double most = 1.0;
+    double most = 1.0, h_any = 1.0; /* an empty lane does the same as another, so that it costs nothing more */
     int64_t bad = 0;
     bits lost = gc_less(gc_real(0.0), gc_real(0.0));
+    for (int lane = LANES - 1; lane >= 0; lane--)
+        if (of[lane]) h_any = h[lane];
     gather_parameters(of, any);
     GATHER(x, N_X, m->s.x)
     GATHER(U, 3 * N_U, m->s.U)
     for (int lane = 0; lane < LANES; lane++) {
         const Instance *m = of[lane] ? of[lane] : any;
-        double whole = of[lane] ? h[lane] : 1.0, parts = ceil(whole / m->s.p[INTERNAL_STEP] - 1e-9);
-        if (!(parts >= 1.0) || !of[lane]) parts = 1.0;
+        double whole = of[lane] ? h[lane] : h_any, parts = ceil(whole / m->s.p[INTERNAL_STEP] - 1e-9);
+        if (!(parts >= 1.0)) parts = 1.0;
         if (parts > most) most = parts;
         gc_set_lane(&length, lane, whole / parts), gc_set_lane(&n, lane, parts);
     }

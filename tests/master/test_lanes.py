@@ -1,6 +1,8 @@
 """Runs in lanes: the bits, the messages and the ends that each run has alone, whoever runs beside it."""
 
 import re
+import threading
+import time
 import zipfile
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -249,6 +251,41 @@ def test_nobody_waits_for_a_march_that_has_stopped(pair: System, monkeypatch: py
             assert lanes.run(network, Jacobi(1), 1e-2, 0.5)[0].status == "done"
     finally:
         lanes.close()
+
+
+@pytest.mark.usefixtures("eager")
+def test_a_lane_waits_for_a_thread_that_prepares_its_run(pair: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the march would start with one run in its lanes, and those who measure theirs would come too late every time."""
+    together = []
+
+    class Counting:
+        def __init__(self, *_: object) -> None:
+            pass
+
+        def results(self, take: Callable[[int], Job | None]) -> Iterator[tuple[Any, Any, float]]:
+            jobs = [job for job in (take(0), take(1)) if job is not None]
+            together.append(len(jobs))
+            for job in jobs:
+                yield job.key, alone(job.network, job.algorithm, job.step, job.stop), 0.0
+
+    lanes, ready = side_by_side.SideBySide(2, expected=10), threading.Barrier(2)
+
+    def take_part(network: Network, prepares: float) -> None:
+        with lanes.taking_part():
+            ready.wait()
+            time.sleep(prepares)
+            lanes.run(network, Jacobi(1), 1e-2, 0.5)
+
+    with open_network(pair) as one, open_network(pair) as two:
+        lanes.run(one, Jacobi(1), 1e-2, 0.5)
+        monkeypatch.setattr(side_by_side, "Lanes", Counting)
+        threads = [threading.Thread(target=take_part, args=arguments) for arguments in ((one, 0.0), (two, 0.3))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        lanes.close()
+    assert together == [2]
 
 
 def test_short_steps_go_one_run_at_a_time(pair: System) -> None:

@@ -9,8 +9,9 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from concurrent.futures import Future
+from contextlib import contextmanager
 from functools import partial
 
 from ..coupling import Algorithm, GaussSeidel, Jacobi, Nepce
@@ -46,6 +47,7 @@ class SideBySide:
         self._codes: dict[Hashable, Sequence[LaneCode] | None] = {}
         self._waiting: deque[Job] = deque()
         self._asked: set[Future[tuple[Run | Exception, float]]] = set()  # whom a thread waits for
+        self._parties = 0  # threads that have runs to ask for
         self._changed = threading.Condition()
         self._marching: threading.Thread | None = None
         self._closed = False
@@ -82,6 +84,21 @@ class SideBySide:
         seconds = time.perf_counter() - began
         self._judge(kind, network, result, seconds)
         return result, seconds
+
+    @contextmanager
+    def taking_part(self) -> Iterator[None]:
+        """Tell that this thread will ask for runs: the others wait while it prepares one, so that its lane is not left empty.
+
+        Nothing is lost by that, since threads that are at work in Python take turns anyhow.
+        """
+        with self._changed:
+            self._parties += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._parties -= 1
+                self._changed.notify_all()
 
     def close(self) -> None:
         """End the thread, which has nothing left to do."""
@@ -139,15 +156,19 @@ class SideBySide:
             codes = self._codes[kind]
             assert codes is not None
             for (_, future), result, seconds in Lanes(kernel, codes, self.width).results(partial(self._next, kind)):
-                self._asked.discard(future)
+                with self._changed:
+                    self._asked.discard(future)
                 future.set_result((result, seconds))
 
     def _next(self, kind: Hashable, slot: int) -> Job | None:
-        """A job of this kind that waits; any slot will do."""
+        """A job of this kind, waited for while a thread that takes part has none; any slot will do."""
         del slot
         with self._changed:
-            for job in self._waiting:
-                if job.key[0] == kind:
-                    self._waiting.remove(job)
-                    return job
-        return None
+            while True:
+                for job in self._waiting:
+                    if job.key[0] == kind:
+                        self._waiting.remove(job)
+                        return job
+                if self._parties <= len(self._asked):
+                    return None
+                self._changed.wait()

@@ -89,6 +89,7 @@ class Crew:
         except IndexError:
             worker = self._task.open(self._files, self._lanes)
         try:
-            return worker.row(key, point)
+            with self._lanes.taking_part():
+                return worker.row(key, point)
         finally:
             self._idle.append(worker)
