@@ -12,7 +12,6 @@ from gyro_cosim.component import Component, build, input_, output, parameter, st
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.integration import Progress, first_sample, input_at
 from gyro_cosim.slaves.machine_code import MachineCode
-from gyro_cosim.systems import machine_code
 
 
 def plain(**changes: object) -> Component:
@@ -93,7 +92,7 @@ class Compiled:
     """A component whose functions are machine code, as far as macro_step looks at it."""
 
     def __init__(self, c: Component) -> None:
-        self._c, self._code = c, MachineCode(machine_code.of_component(c))
+        self._c, self._code = c, MachineCode(c)
         self.sample_period, self.method, self.states = c.sample_period, c.method, c.states
         self.sample = None if c.sample is None else partial(self._call, "sample", len(c.states))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gyro_cosim.systems import catalogue
+from gyro_cosim.systems import catalogue, machine_code
 
 MINE = """
 import casadi as ca
@@ -165,3 +165,13 @@ def test_a_component_of_another_distribution_is_built_anew_when_it_changes(
         catalogue.components.cache_clear()
         sys.modules.pop("rig_unit", None)
     assert built[0] == built[2] != built[1]
+
+
+def test_a_library_that_was_cut_short_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GYRO_COSIM_CACHE", str(tmp_path))
+    component = catalogue.component("gyro_unit:linear")
+    file = machine_code.of_component(component)
+    whole = file.read_bytes()
+    file.write_bytes(whole[:100])
+    assert machine_code.loaded(lambda: machine_code.of_component(component)).prepare
+    assert file.read_bytes() == whole

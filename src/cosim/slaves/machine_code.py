@@ -3,7 +3,7 @@
 import ctypes
 import logging
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,16 +16,21 @@ _log = logging.getLogger(__name__)
 
 
 class MachineCode:
-    """A library of fmus/c/library.c, for one run.
+    """The library of a component, of fmus/c/library.c.
 
     Parameters
     ----------
-    file : Path
-        The library.
+    component : gyro_cosim.component.Component
+        What it is of; it is compiled if need be.
+
+    Raises
+    ------
+    RuntimeError, OSError, ValueError
+        There is no compiler, the library cannot be kept or loaded, or the component has no C code.
     """
 
-    def __init__(self, file: Path) -> None:
-        self._library = ctypes.PyDLL(str(file))  # its work space is shared: one call at a time
+    def __init__(self, component: Any) -> None:
+        self._library = machine_code.loaded(partial(machine_code.of_component, component))  # its work space: one call at a time
         n_p, n_q = (ctypes.c_int * 2).in_dll(self._library, "SIZES")
         self.prepared = n_p + n_q
 
@@ -61,7 +66,7 @@ class MachineCode:
 def compiled_component(component: Any) -> MachineCode | None:
     """The library of a component, built if need be; None, with a line in the log, where that cannot be done."""
     try:
-        return MachineCode(machine_code.of_component(component))
+        return MachineCode(component)
     except (OSError, RuntimeError, ValueError) as error:
         reason = " ".join(str(error).split())
         _log.warning("%s runs in CasADi's interpreter, which rounds sines and the like otherwise: %s", component.spec, reason)

@@ -1,17 +1,18 @@
 """C code for this machine, made by the installed compiler and kept in the user's cache: kernels, components, lanes of FMUs."""
 
+import ctypes
 import hashlib
 import os
 import platform
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import util
 from pathlib import Path
 from typing import Any
 
 from .catalogue import cache_folder, entries, fingerprint
 
-__all__ = ["compiled", "compiler_id", "of_component", "of_lanes"]
+__all__ = ["compiled", "compiler_id", "loaded", "of_component", "of_lanes"]
 
 
 def of_component(made: Any) -> Path:
@@ -61,6 +62,22 @@ def of_lanes(sources: Mapping[str, str], width: int) -> Path:
     """
     text = repr((sorted(sources.items()), width, platform.platform(), os.environ.get("CC"), compiler_id()))
     return _cached(hashlib.sha256(text.encode()).hexdigest()[:20], "lanes", sources, width)
+
+
+def loaded(made: Callable[[], Path]) -> ctypes.PyDLL:
+    """Load the library that `made` gives; one that cannot be loaded, cut short say, is made anew.
+
+    Raises
+    ------
+    OSError
+        It still cannot be loaded.
+    """
+    file = made()
+    try:
+        return ctypes.PyDLL(str(file))
+    except OSError:
+        file.unlink(missing_ok=True)
+        return ctypes.PyDLL(str(made()))
 
 
 def _cached(name: str, kind: str, *arguments: Any) -> Path:

@@ -2,7 +2,7 @@
 
 import ctypes
 import platform
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from ...systems import archive, machine_code
@@ -17,7 +17,7 @@ class LaneCode:
 
     Parameters
     ----------
-    file : Path
+    library : ctypes.PyDLL
         The library.
     token : str
         The instantiation token of the FMU, which must be that of the library.
@@ -33,8 +33,8 @@ class LaneCode:
         If library and FMU are not of one model.
     """
 
-    def __init__(self, file: Path, token: str) -> None:
-        self._library = ctypes.PyDLL(str(file))
+    def __init__(self, library: ctypes.PyDLL, token: str) -> None:
+        self._library = library
         have = ctypes.string_at(ctypes.addressof(ctypes.c_char.in_dll(self._library, "INSTANTIATION_TOKEN"))).decode(
             errors="replace"
         )
@@ -64,7 +64,7 @@ def lane_code(location: str, token: str, width: int) -> LaneCode:
     RuntimeError, OSError
         There is no compiler, it refuses the code, or the library cannot be loaded.
     """
-    return LaneCode(machine_code.of_lanes(_sources(location), width), token)
+    return LaneCode(machine_code.loaded(partial(machine_code.of_lanes, _sources(location), width)), token)
 
 
 def without_lanes(location: str) -> str:
