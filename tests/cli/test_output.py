@@ -56,3 +56,27 @@ def test_a_bar_takes_any_name_and_tells_whom_it_is_given_to(monkeypatch: pytest.
     with progress("running {x} [b]y[/b]") as show:
         show(1, 4)
     assert seen == [("running {x} [b]y[/b]", {"completed": 1, "total": 4})]
+
+
+def test_results_go_into_several_files(cosim: Callable[..., Any], tmp_path: Path) -> None:
+    from gyro_cosim import read_csv
+
+    code, out, err = cosim("run", "wheel-pair", "--in-process", "--stop", "0.1", "--output", "a.csv", "--output", "b.mat")
+    assert code == 0, err
+    assert "wrote a.csv" in out
+    assert "wrote b.mat" in out
+    assert len(read_csv(tmp_path / "a.csv")) == 101
+    assert (tmp_path / "b.mat").is_file()
+    code, _, err = cosim("run", "wheel-pair", "--output", "a.csv", "--output", "a.csv")
+    assert (code, err) == (2, "cosim: --output must name different files, got 'a.csv' twice\n")
+
+
+def test_too_many_results_for_memory_go_into_one_csv_only(tmp_path: Path) -> None:
+    from gyro_cosim.cli.results import Files
+
+    files = Files((tmp_path / "a.mat", tmp_path / "b.csv"), None)
+    assert files.recording((), 1, 1000, always=False, never=False).stream is None
+    assert files.recording((), 1, 3_000_000, always=False, never=False).stream == tmp_path / "b.csv"
+    with pytest.raises(ValueError, match=r"go into one \.csv file only, got '.*a\.mat' besides"):
+        files.recording((), 1, 30_000_000, always=False, never=False)
+    assert files.recording((), 10, 30_000_000, always=False, never=False).stream == tmp_path / "b.csv"

@@ -1,19 +1,17 @@
 """cosim run: one run of a system, a short summary, results in files."""
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from .. import trajectory
 from ..coupling import algorithm
 from ..errors import RunError
 from ..hil.realtime import Pacer
-from ..master import Options, Run, macro_steps, open_network
+from ..master import Options, macro_steps, open_network
 from ..master import run as run_network
-from .assessments import Assessed, assessed, figure
+from .assessments import assessed
 from .common import (
     AlgorithmName,
     AsJson,
@@ -28,13 +26,11 @@ from .common import (
     progress,
     say,
     seconds,
-    writable,
 )
+from .results import Files
 from .robust import STARTS, prepared
 from .settings import assignment, words
 from .summary import certificate_document, certificate_words, document, summary_lines
-
-AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
 
 def command(
@@ -82,7 +78,10 @@ def command(
     priority: Annotated[
         int | None, typer.Option(metavar="N", help="real-time priority 1 to 99 with --realtime, where the system allows it")
     ] = None,
-    output: Annotated[Path | None, typer.Option(metavar="FILE", help="write the results to a .csv or .mat file")] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="write the results to this .csv or .mat file; again for another"),
+    ] = None,
     select: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only; * and ? are wild: 'gyro.*'")
     ] = None,
@@ -123,15 +122,12 @@ def command(
     needs("--every", every, "--checkpoint", checkpoint is not None)
     if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
         raise ValueError("--certify needs an even macro step and all results of the whole run")
-    writable(output, trajectory.check_format)
     for option, value in (("--starts", starts), ("--within", within), ("--seed", seed)):
         needs(option, value, "--robust", robust)
     if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
-    if plot is not None:
-        from .. import figures
-
-        writable(plot, figures.check_format)
+    files = Files(tuple(output or ()), plot)
+    files.check()
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
     failure: RunError | None = None
@@ -144,10 +140,12 @@ def command(
             if robust
             else None
         )
-        streamed = output is not None and output.suffix == ".csv" and not certify
-        streamed = streamed and (steps * len(network.names) > AUTO_STREAM or checkpoint is not None or resume is not None)
+        record = files.recording(
+            select or (), record_every, steps * len(network.names),
+            always=checkpoint is not None or resume is not None, never=certify,
+        )  # fmt: skip
         options = Options(
-            record=_recording(select, record_every, output if streamed else None),
+            record=record,
             adaptive=how,
             checkpoint=None if checkpoint is None else Checkpoint(checkpoint, interval),
             resume=None if resume is None else Resume(resume),
@@ -170,11 +168,8 @@ def command(
                     certificate = certify_run(network, run, end, progress=show)
                 except RunError as error:  # the run itself stands
                     uncertified = f"no certificate: over shorter steps {error}"
-    written = _write(run, None if streamed else output)
     found = assessed(run.trajectory)
-    if plot is not None:
-        written.append(_plot(run, found, plot))
-    written = [output, *written] if streamed and output is not None else written
+    written = files.write(run, found, record.stream)
     if failure is not None:
         for file in written:
             console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}")
@@ -220,35 +215,3 @@ def _substeps(given: list[str] | None) -> dict[str, int]:
             raise ValueError(f"{rule}, got {text!r}")
         numbers[name] = int(number)
     return numbers
-
-
-def _recording(select: list[str] | None, every: int, stream: Path | None) -> Any:
-    from ..master.recording import Recording
-
-    return Recording(tuple(select or ()), every, stream)
-
-
-def _write(run: Run, output: Path | None) -> list[Path]:
-    if output is None:
-        return []
-    run.trajectory.save(output)
-    return [output]
-
-
-def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:
-    """Draw what the first field that has found something draws, else time histories."""
-    from .. import figures
-
-    title = f"{run.system.name}: " + ", ".join(f"{c.name} = {c.source.rpartition('/')[2]}" for c in run.system.components)
-    made = figure(found, run.trajectory, title)
-    return figures.save(figures.time_histories(run.trajectory, _drawn(run), title) if made is None else made, file)
-
-
-def _drawn(run: Run) -> list[str]:
-    """Signals that change, at most six: angles and displacements first, then what crosses an interface, then the rest."""
-    from .. import figures
-
-    trajectory = run.trajectory
-    crossing = {".".join(c.start) for c in run.system.connections}
-    rank = {"m": 0, "rad": 0}
-    return figures.worth_drawing(trajectory, 6, lambda name: rank.get(trajectory.unit(name), 1 if name in crossing else 2))

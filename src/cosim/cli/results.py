@@ -1,0 +1,85 @@
+"""Where the results of `cosim run` go: files of any number and format, of which a .csv may be streamed, and a figure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .. import trajectory
+from ..master import Run
+from ..master.recording import IN_MEMORY, Recording
+from .assessments import Assessed, figure
+from .common import writable
+
+AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
+
+
+@dataclass(frozen=True)
+class Files:
+    """The files of --output and --plot.
+
+    Parameters
+    ----------
+    outputs : tuple of Path
+        Files of results, each in the format that its ending names.
+    plot : Path or None
+        A figure.
+    """
+
+    outputs: tuple[Path, ...]
+    plot: Path | None
+
+    def check(self) -> None:
+        """Refuse, before any work, what cannot be written afterwards."""
+        for k, file in enumerate(self.outputs):
+            writable(file, trajectory.check_format)
+            if file in self.outputs[:k]:
+                raise ValueError(f"--output must name different files, got {str(file)!r} twice")
+        if self.plot is not None:
+            from .. import figures
+
+            writable(self.plot, figures.check_format)
+
+    def recording(self, select: Sequence[str], every: int, numbers: int, *, always: bool, never: bool) -> Recording:
+        """What the run keeps of its `numbers` results, with the first .csv streamed where there are many.
+
+        always, never : stream whatever their number, keep all in memory whatever their number.
+
+        Raises
+        ------
+        ValueError
+            Where results too many for memory are to go into a format that is written as a whole.
+        """
+        first = next((file for file in self.outputs if file.suffix == ".csv"), None)
+        streams = first is not None and not never and (always or numbers > AUTO_STREAM)
+        if streams and numbers > IN_MEMORY * every:
+            for file in self.outputs:
+                if file != first:
+                    rule = f"results of more than {IN_MEMORY:,} numbers go into one .csv file only"
+                    raise ValueError(f"{rule}, got {str(file)!r} besides (--record-every N keeps fewer)")
+        return Recording(tuple(select), every, first if streams else None)
+
+    def write(self, run: Run, found: Sequence[Assessed], streamed: Path | None) -> list[Path]:
+        """Write what has not been streamed; all files that are there now."""
+        for file in self.outputs:
+            if file != streamed:
+                run.trajectory.save(file)
+        return [*self.outputs, *([] if self.plot is None else [_plot(run, found, self.plot)])]
+
+
+def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:
+    """Draw what the first field that has found something draws, else time histories."""
+    from .. import figures
+
+    title = f"{run.system.name}: " + ", ".join(f"{c.name} = {c.source.rpartition('/')[2]}" for c in run.system.components)
+    made = figure(found, run.trajectory, title)
+    return figures.save(figures.time_histories(run.trajectory, _drawn(run), title) if made is None else made, file)
+
+
+def _drawn(run: Run) -> list[str]:
+    """Signals that change, at most six: angles and displacements first, then what crosses an interface, then the rest."""
+    from .. import figures
+
+    trajectory = run.trajectory
+    crossing = {".".join(c.start) for c in run.system.connections}
+    rank = {"m": 0, "rad": 0}
+    return figures.worth_drawing(trajectory, 6, lambda name: rank.get(trajectory.unit(name), 1 if name in crossing else 2))
