@@ -1,11 +1,8 @@
 """modelDescription.xml of FMI 2.0 and 3.0, reduced to what a co-simulation needs."""
 
-import importlib.util
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from math import prod
-from pathlib import Path
 
 from lxml import etree
 
@@ -13,6 +10,7 @@ from gyro_cosim.component.units import Unit
 
 from ...systems import archive
 from ...systems.quantities import defined
+from .schema import judged
 
 FMI3_TYPES = (
     "Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
@@ -78,6 +76,7 @@ class Description:
     experiment: Mapping[str, str] = field(default_factory=dict)
     initial: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     states: tuple[tuple[int, int], ...] = ()  # value references of each continuous state and of its derivative
+    schema_faults: tuple[str, ...] = ()  # that do no harm
 
     def can(self, capability: str) -> bool:
         """Whether the Co-Simulation interface has a boolean capability."""
@@ -113,10 +112,10 @@ def parse(file: str, data: bytes) -> Description:
     if not (version == "2.0" or version.startswith("3.")):
         raise ValueError(f"FMU {file!r} must be FMI 2.0 or 3.0, got FMI {version}")
     major = version[0]
-    schema = _schema(major)
-    if not schema.validate(root):
-        fault = schema.error_log[0]
-        raise ValueError(f"{where} must keep the schema of FMI {version}: line {fault.line}: {fault.message}")
+    root, broken = judged(root, major)
+    for fault in broken:
+        if not fault.harmless:
+            raise ValueError(f"{where} must keep the schema of FMI {version}: {fault}")
     kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
     try:
         units = _units(root)
@@ -131,18 +130,8 @@ def parse(file: str, data: bytes) -> Description:
     return Description(
         file, major, root.get("modelName", ""), root.get("instantiationToken" if major == "3" else "guid", ""), dict(root.attrib),
         {e.tag: dict(e.attrib) for e in root if e.tag in kinds}, rows, dependencies, units,
-        {} if experiment is None else dict(experiment.attrib), initial, states,
+        {} if experiment is None else dict(experiment.attrib), initial, states, tuple(str(fault) for fault in broken),
     )  # fmt: skip
-
-
-@lru_cache(maxsize=2)
-def _schema(major: str) -> etree.XMLSchema:
-    """FMI's schema, which FMPy ships; found without loading FMPy."""
-    spec = importlib.util.find_spec("fmpy")
-    if spec is None or not spec.submodule_search_locations:
-        raise RuntimeError("FMPy must be installed: it holds the schemas of FMI")
-    file = f"schema/fmi{major}/fmi{major}ModelDescription.xsd"
-    return etree.XMLSchema(file=str(Path(spec.submodule_search_locations[0]) / file))
 
 
 def _units(root: etree._Element) -> dict[str, Unit | None]:
