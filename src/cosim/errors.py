@@ -40,6 +40,10 @@ class SlaveError(RunError):
         self.slave, self.t, self.h, self.reason, self.log = slave, t, h, reason, log
 
 
+class OutputError(SlaveError):
+    """A component has no finite outputs for the inputs that it was given. It is as it was, and may be asked with others."""
+
+
 class EndRequest(RunError):
     """A component wants the run to end, as FMI lets it: no failure, the run is over.
 

@@ -32,7 +32,7 @@ class Evaluation:
     feeds : place in Y -> the (slave, place in u) it feeds.
     order : slave indices, sources before what feeds through; ties in system order.
     one_pass : one evaluation of each slave in that order makes all outputs consistent.
-    loops : each algebraic loop spelled out; outputs() solves them.
+    loops : each algebraic loop spelled out; outputs() solves them. looping : the places in Y that are in one.
     kept : of each loop, in this order, the Jacobian that its last solution left, None where there is none yet. It decides on
     the last bits of the next solution, so it belongs to the state of a run; recall() puts it back.
     """
@@ -48,6 +48,7 @@ class Evaluation:
             sources.setdefault(int(owner[y]), []).extend(int(owner[k]) for k in places)
         loops = self_dependent(needs, needs)
         self.loops = tuple(" -> ".join(network.names[k] for k in cycle(group, needs)) for group in loops)
+        self.looping = [k for group in loops for k in group]
         self.kept: tuple[np.ndarray | None, ...] = (None,) * len(loops)
         groups = strong_components(range(len(network.slices)), sources)
         self.one_pass = all(len(group) == 1 for group in groups)
@@ -80,13 +81,16 @@ class Evaluation:
 
     def _pass(self, stages: Sequence["Stage"], Y: np.ndarray, t: float) -> None:
         for stage in stages:
+            untouched, new = stage.solved, [n for n, _ in stage.loops if self.kept[n] is None]
+            if new:  # whose solution begins at the start values that Y holds
+                untouched = np.array([*(() if untouched is None else untouched), *self.looping])
             for i in stage.slaves:
-                if stage.solved is None:
+                if untouched is None:
                     self._network.evaluate(i, Y, t)
                 else:
-                    solution = Y[stage.solved]
+                    solution = Y[untouched]
                     self._network.evaluate(i, Y, t)
-                    Y[stage.solved] = solution
+                    Y[untouched] = solution
             for number, solver in stage.loops:
                 solved = solver.solve(Y, t, self.kept[number])
                 self.kept = (*self.kept[:number], solved, *self.kept[number + 1 :])

@@ -1,11 +1,16 @@
 """Algebraic loops, outputs that depend on themselves without delay: the order of evaluation, the loops, their solution."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from ..errors import ConvergenceError
+from ..errors import ConvergenceError, OutputError
+
+ITERATIONS = 50  # of Newton's method, after which a loop counts as one without a solution
+HALVINGS = 12  # of a step, after which it is not worth taking
+SHOWN = 6  # values of a loop that a message names
 
 
 def strong_components(nodes: Iterable[int], needs: Mapping[int, Sequence[int]]) -> list[list[int]]:
@@ -77,7 +82,8 @@ class Evaluating(Protocol):
 class LoopSolver:
     """Solves one algebraic loop: the outputs in it, at the places `group` of Y, such that evaluating them changes nothing.
 
-    Newton's method with the Jacobian by differences, kept from one communication point to the next as long as it serves.
+    Newton's method with the Jacobian by differences, kept from one communication point to the next as long as it serves. A step
+    that is undefined (a root of something negative) or does not come closer is halved until it does.
     """
 
     def __init__(self, network: Evaluating, group: Sequence[int]) -> None:
@@ -88,26 +94,63 @@ class LoopSolver:
     def solve(self, Y: np.ndarray, t: float, jacobian: np.ndarray | None) -> np.ndarray | None:
         """Write the solution into Y, from the Jacobian that the last solution returned, if any; returns the present one.
 
-        ConvergenceError if there is none within 50 iterations.
+        The values that Y holds are where it starts. ConvergenceError if there is none within ITERATIONS.
         """
         z = Y[self._places]
-        for iteration in range(50):
+        loop = f"the algebraic loop of {', '.join(self._network.names[k] for k in self._places)} must"
+        try:
             residual = self._evaluated(Y, z, t) - z
+        except OutputError as error:
+            raise ConvergenceError(f"{loop} be defined where its solution begins, at {self._values(z)}: {error}") from None
+        nearest = z, residual
+        for iteration in range(ITERATIONS):
             if not np.any(np.abs(residual) > 1e-12 * np.maximum(1.0, np.abs(z))):
                 # What is left is an error of residual / (1 - gain): one more step of Newton takes it away for any gain.
                 J = np.zeros((z.size, z.size)) if jacobian is None else jacobian
                 Y[self._places] = z + np.linalg.lstsq(np.eye(z.size) - J, residual)[0]
                 return jacobian
-            if jacobian is None or iteration % 5 == 4:
-                jacobian = self._differences(Y, z, z + residual, t)
-            z = z + np.linalg.lstsq(np.eye(z.size) - jacobian, residual)[0]
-        names = ", ".join(self._network.names[k] for k in self._places)
+            fresh = jacobian is None or iteration % 5 == 4
+            if jacobian is None or fresh:
+                jacobian = self._differences(Y, z, residual, t)
+            taken = self._stepped(Y, z, residual, jacobian, t)
+            if not taken.nearer and not fresh:
+                jacobian = self._differences(Y, z, residual, t)
+                taken = self._stepped(Y, z, residual, jacobian, t)
+            z, residual = taken.z, taken.residual
+            if _size(residual, z) < _size(nearest[1], nearest[0]):
+                nearest = z, residual
+        z, residual = nearest
+        worst = int(np.argmax(np.abs(residual) / np.maximum(1.0, np.abs(z))))
         raise ConvergenceError(
-            f"the algebraic loop of {names} must have a solution at t = {t:.9g} s, none found in 50 iterations"
+            f"{loop} have a solution at t = {t:.9g} s, none found in {ITERATIONS} iterations; nearest is {self._values(z)}, "
+            f"where {self._network.names[self._places[worst]]} becomes {z[worst] + residual[worst]:.6g} (an input's start "
+            "value says where to begin)"
         )
 
+    def _values(self, z: np.ndarray) -> str:
+        """Some of them with their names, for a message."""
+        more = f" and {z.size - SHOWN} more" if z.size > SHOWN else ""
+        named = zip(self._places[:SHOWN], z[:SHOWN], strict=True)
+        return ", ".join(f"{self._network.names[k]} = {value:.6g}" for k, value in named) + more
+
+    def _stepped(self, Y: np.ndarray, z: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, t: float) -> "_Step":
+        """Newton's step from z, whole or the longest of its halves that comes nearer; where none does, the longest defined."""
+        whole = np.linalg.lstsq(np.eye(z.size) - jacobian, residual)[0]
+        scale, longest = np.maximum(1.0, np.abs(z)), None
+        before = np.linalg.norm(residual / scale)
+        for halvings in range(HALVINGS):
+            to = z + whole * 0.5**halvings
+            try:
+                there = self._evaluated(Y, to, t) - to
+            except OutputError:
+                continue
+            if np.linalg.norm(there / scale) < before:
+                return _Step(to, there, nearer=True)
+            longest = longest or _Step(to, there, nearer=False)
+        return longest or _Step(z, residual, nearer=False)
+
     def _evaluated(self, Y: np.ndarray, z: np.ndarray, t: float) -> np.ndarray:
-        """The outputs of the loop after one evaluation of its slaves from the values z."""
+        """The outputs of the loop after one evaluation of its slaves from the values z; OutputError where they have none."""
         before = Y.copy()
         before[self._places] = z
         after = before.copy()
@@ -117,10 +160,28 @@ class LoopSolver:
             after[self._network.slices[i]] = trial[self._network.slices[i]]
         return np.asarray(after[self._places])
 
-    def _differences(self, Y: np.ndarray, z: np.ndarray, base: np.ndarray, t: float) -> np.ndarray:
-        J = np.zeros((z.size, z.size))
+    def _differences(self, Y: np.ndarray, z: np.ndarray, residual: np.ndarray, t: float) -> np.ndarray:
+        J, base = np.zeros((z.size, z.size)), z + residual
         for column in range(z.size):
             moved = z.copy()
             moved[column] += 1e-6 * max(1.0, abs(z[column]))
-            J[:, column] = (self._evaluated(Y, moved, t) - base) / (moved[column] - z[column])
+            try:
+                there = self._evaluated(Y, moved, t)
+            except OutputError:  # the other way, then
+                moved[column] = z[column] - 1e-6 * max(1.0, abs(z[column]))
+                there = self._evaluated(Y, moved, t)
+            J[:, column] = (there - base) / (moved[column] - z[column])
         return J
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """Values of a loop, what evaluating them changes, and whether that is less than before."""
+
+    z: np.ndarray
+    residual: np.ndarray
+    nearer: bool
+
+
+def _size(residual: np.ndarray, z: np.ndarray) -> float:
+    return float(np.max(np.abs(residual) / np.maximum(1.0, np.abs(z))))

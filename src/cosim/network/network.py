@@ -209,10 +209,26 @@ class Network:
         self._evaluation.recall()  # a run must not depend on the one before
         self._initial.recall()
         Y = np.zeros(len(self.names))
+        for k in {*self._initial.looping, *self._evaluation.looping}:
+            Y[k] = self._where_to_begin(k)
         self._initial.settle(Y, t)
         for slave in self.slaves:
             slave.finish()
         return self.outputs(Y, t)
+
+    def _where_to_begin(self, k: int) -> float:
+        """A first value for output k of an algebraic loop: as given to an input that it feeds, else declared, else zero."""
+        declared = [y for slave in self.slaves for y in slave.outputs][k].start
+        for i, j in self.feeds[k]:
+            signal, inputs = self.slaves[i].inputs[j], self._inputs[i]
+            factor, offset = next((factor, offset) for _, place, factor, offset in inputs.joined if place == j)
+            if factor == 0.0 or j in inputs.tables:
+                continue
+            if signal.name in self.values[i]:
+                return float((inputs.start[j] - offset) / factor)
+            if declared is None and signal.start is not None:
+                declared = float((inputs.start[j] - offset) / factor)
+        return declared or 0.0
 
     def _evaluate(self) -> None:
         """How outputs are made consistent, at communication points and in initialization mode."""

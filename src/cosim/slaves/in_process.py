@@ -13,7 +13,7 @@ from gyro_cosim.component.calling import bound
 from gyro_cosim.component.do_step import error_control
 from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, advance, first_sample, input_at, pieces
 
-from ..errors import SlaveError
+from ..errors import OutputError, SlaveError
 from .base import Linearisable, Serializable, StateSpace
 from .description import SlaveDescription
 from .machine_code import compiled_component
@@ -79,7 +79,7 @@ class ComponentSlave(Serializable, Linearisable):
         if not np.isfinite(self._y).all():
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
-                    raise SlaveError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}")
+                    raise OutputError(self.name, t, 0.0, f"output {signal.name!r} must be finite, got {value}")
         return self._y.copy()
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
@@ -146,7 +146,8 @@ class ComponentSlave(Serializable, Linearisable):
 
 
 def _signal(row: Variable, kind: Any) -> Signal:
-    return Signal(row.name, kind, row.unit, row.start, row.min, row.max, row.meaning)
+    start = None if kind == "output" and not row.is_state else row.start  # what is computed starts as it is computed
+    return Signal(row.name, kind, row.unit, start, row.min, row.max, row.meaning)
 
 
 def _is_settable(row: Variable) -> bool:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...errors import SlaveError
+from ...errors import OutputError, SlaveError
 from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
 from ..signal import Value
 from .buffers import Group, group, groups
@@ -154,7 +154,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
         for part in self._output_groups:
             status = part.get(instance)
             if status > 1:
-                self.check(status, part.label.replace("Set", "Get"), t, 0.0)
+                self._moved(status, part.label.replace("Set", "Get"), t, 0.0)
             if part.wide and (rounded := part.rounded()) is not None:
                 name = self.outputs[rounded[0]].name
                 reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {rounded[1]}"
@@ -164,7 +164,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
             for signal, value in zip(self.outputs, self._y, strict=True):
                 if not np.isfinite(value):
                     reason = f"output {signal.name!r} must be finite{self._mode}, got {value}"
-                    raise SlaveError(self.name, t, 0.0, reason, self.log.said())
+                    raise OutputError(self.name, t, 0.0, reason, self.log.said())
         return self._y.copy()
 
     def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
@@ -172,7 +172,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
             part.buffer[:] = u[part.places]
             status = part.set(self._instance)
             if status > 1:
-                self.check(status, part.label, t, h)
+                self._moved(status, part.label, t, h)
 
     def state_space(self) -> StateSpace | None:
         states = self.model.states
@@ -241,6 +241,12 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
             self._dead = self._dead or status == STATUS.index("fatal")  # it must not be called any more
             what = STATUS[status] if status < len(STATUS) else f"status {status}"
             raise SlaveError(self.name, t, h, f"{call} answered {what}{self._mode}", self.log.said())
+
+    def _moved(self, status: int, call: str, t: float, h: float) -> None:
+        """check() of a call that sets or gets variables: an FMU that discards it is as it was."""
+        if status == STATUS.index("discard"):
+            raise OutputError(self.name, t, h, f"{call} answered discard{self._mode}", self.log.said())
+        self.check(status, call, t, h)
 
     def close(self) -> None:
         self._free_instance()

@@ -4,7 +4,7 @@ import sys
 from multiprocessing.connection import Connection
 from typing import Any
 
-from ...errors import EndRequest, SlaveError
+from ...errors import EndRequest, OutputError, SlaveError
 from ..fmi.log import shown
 from ..opening import open_fmu
 from . import child
@@ -46,7 +46,8 @@ def serve(connection: Connection) -> None:
             else:
                 answer = getattr(slave, what)(*arguments)
         except SlaveError as error:
-            kind, answer = "slave", (error.t, error.h, error.reason, error.log)
+            kind = "output" if isinstance(error, OutputError) else "slave"
+            answer = (error.t, error.h, error.reason, error.log)
         except EndRequest as request:
             kind, answer = "end", request.t
         except ValueError as error:

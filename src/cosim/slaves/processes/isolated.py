@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import EndRequest, SlaveError
+from ...errors import EndRequest, OutputError, SlaveError
 from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
 from ..description import SlaveDescription
 from ..fmi.log import Log
@@ -69,6 +69,8 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             self._log.say(*message)
         if kind == "slave":
             raise SlaveError(self.name, *answer)
+        if kind == "output":
+            raise OutputError(self.name, *answer)
         if kind == "end":
             raise EndRequest(self.name, answer)
         if kind == "value":
