@@ -237,7 +237,7 @@ def misnumber(link: Link) -> None:
         (lambda link: link.stream.sendall(HEADER.pack(MAGIC, 1, 100, 0, 1 << 30, 1)), "is no header"),
         (introduce, "sent a malformed frame: no JSON"),
         (misnumber, "sent a malformed frame: OK with number 8 answers nothing"),
-        (lambda link: link.receive(5.0) and link.send(Kind.OK, 1, b"{}"), "it does not introduce itself: 'inputs'"),
+        (lambda link: link.receive(5.0) and link.send(Kind.OK, 1, b"{}"), "it does not introduce itself: inputs must be there"),
         (lambda link: None, "is gone"),
     ],
 )

@@ -17,19 +17,27 @@ def start(
     module: str, arguments: Sequence[str], *, descriptor: int | None = None, words: IO[bytes] | None = None,
     folder: Path | None = None, temporary: Path | None = None,
 ) -> "subprocess.Popen[bytes]":  # fmt: skip
-    """Run `python -m MODULE ARGUMENT... [DESCRIPTOR] PARENT`, the last being this process's id; see belongs().
+    """Run `python -P -m MODULE ARGUMENT... [DESCRIPTOR] PARENT`, the last being this process's id; see belongs().
+
+    Nothing is imported from the current folder: a file there that is called like a module we need is data, not ours.
 
     descriptor : of a socket that it inherits. words : where what it prints goes. folder : where it runs.
     temporary : where its own temporary files go.
     """
     passed = () if descriptor is None else (descriptor,)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(safe_path()), "PYTHONSAFEPATH": "1"}
     if temporary is not None:
         environment["TMPDIR"] = str(temporary)
     return subprocess.Popen(
-        [sys.executable, "-m", module, *arguments, *map(str, passed), str(os.getpid())], env=environment, pass_fds=passed,
+        [sys.executable, "-P", "-m", module, *arguments, *map(str, passed), str(os.getpid())], env=environment, pass_fds=passed,
         cwd=folder, stdin=subprocess.DEVNULL, stdout=words, stderr=None if words is None else subprocess.STDOUT,
     )  # fmt: skip
+
+
+def safe_path() -> list[str]:
+    """Where this process imports from, without the current folder."""
+    here = os.path.realpath(".")
+    return [place for place in sys.path if place and os.path.realpath(place) != here]
 
 
 def end(child: "subprocess.Popen[bytes]") -> None:

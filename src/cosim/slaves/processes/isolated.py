@@ -1,32 +1,37 @@
 """A slave in a process of its own: an FMU that crashes, leaves or hangs there ends as an error message here.
 
-The child runs fmu_process.py; requests and answers are pickled over a socket pair. What the FMU prints
-and logs goes to an unnamed file, from which its last lines are read. Linux and macOS.
+The child runs fmu_process.py; frames of protocol.py go over a socket pair: numbers, and JSON of which every field is checked.
+Nothing that comes from there is executed. What the FMU prints and logs goes to an unnamed file, from which its last lines are
+read. Linux and macOS.
 """
 
 import contextlib
+import json
 import os
-import pickle
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping
-from multiprocessing.connection import Pipe
 from typing import Any
 
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
 from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
-from ..description import SlaveDescription
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Value
 from . import child
+from .introduction import carried_values, described, number
+from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
 PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
+LARGEST = 1 << 28  # bytes of a saved state
 
 
 class IsolatedSlave(Serializable, Linearisable, Counting):
@@ -37,9 +42,11 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience, self._log = name, patience, Log(name)
         self._events: int | None = None
+        self._sequence = 0
         self._scratch = ScratchFolder()  # the child's temporary files: it may not live to remove them
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
-        self._connection, theirs = Pipe()
+        ours, theirs = socket.socketpair()
+        self._link = Link(ours, LARGEST)
         try:
             self._process = child.start(PROGRAM, (), descriptor=theirs.fileno(), words=self._words, temporary=self._scratch.path)
         except BaseException:
@@ -48,36 +55,63 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         finally:
             theirs.close()
         try:
-            self.description: SlaveDescription = self._ask("open", 0.0, 0.0, name, location)
+            told = self._ask(Kind.OPEN, json.dumps({"name": name, "location": location}).encode())
+            try:
+                self.description = described(document(told))
+            except ProtocolError as error:
+                raise SlaveError(name, 0.0, 0.0, f"its process sent a malformed frame: {error}", self._last_lines()) from None
         except BaseException:
             self.close()
             raise
 
-    def _ask(self, what: str, t: float, h: float, *arguments: Any) -> Any:
+    def _ask(self, kind: Kind, payload: bytes = b"", t: float = 0.0, h: float = 0.0) -> bytes:
         """The answer of the child to a request; SlaveError if it fails, dies, or does not answer in time."""
+        what = kind.name.lower()
+        self._sequence += 1
+        end = time.perf_counter() + self._patience
         try:
-            self._connection.send((what, arguments))
-            if not self._connection.poll(self._patience):
-                self._process.kill()
-                raise SlaveError(self.name, t, h, f"{what} does not end, given up after {self._patience:g} s", self._last_lines())
-            kind, answer, self._events, messages = self._connection.recv()
-        except (EOFError, OSError, pickle.UnpicklingError):
+            self._link.send(kind, self._sequence, payload, self._patience)
+            while True:
+                answer, sequence, content = self._link.receive(max(1e-3, end - time.perf_counter()))
+                if sequence != self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END, Kind.LOG):
+                    raise ProtocolError(f"{answer.name} with number {sequence} answers nothing")
+                if answer != Kind.LOG:
+                    break
+                self._repeat(document(content))
+            if answer == Kind.OK:
+                return content
+            if answer == Kind.END:
+                raise EndRequest(self.name, float(array(content, 1)[0]))
+            told = document(content)
+            reason, of = str(told.get("reason"))[:4000], told.get("kind")
+            if of == "value":
+                raise ValueError(reason)
+            if of in ("slave", "output"):
+                when, over = number(told, "t"), number(told, "h")
+                failed = OutputError if of == "output" else SlaveError
+                raise failed(self.name, when, over, reason, str(told.get("log", ""))[:4000])
+            raise SlaveError(self.name, t, h, reason, self._last_lines())
+        except TimeoutError:
+            self._process.kill()
+            reason = f"{what} does not end, given up after {self._patience:g} s"
+            raise SlaveError(self.name, t, h, reason, self._last_lines()) from None
+        except ProtocolError as error:
+            self._process.kill()
+            raise SlaveError(
+                self.name, t, h, f"its process sent a malformed frame in {what}: {error}", self._last_lines()
+            ) from None
+        except (EOFError, OSError):
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(child.TIME_TO_LEAVE)
             raise SlaveError(self.name, t, h, f"its process {self._ending()} in {what}", self._last_lines()) from None
-        for message in messages:
-            self._log.say(*message)
-        if kind == "slave":
-            raise SlaveError(self.name, *answer)
-        if kind == "output":
-            raise OutputError(self.name, *answer)
-        if kind == "end":
-            raise EndRequest(self.name, answer)
-        if kind == "value":
-            raise ValueError(answer)
-        if kind == "other":
-            raise SlaveError(self.name, t, h, answer, self._last_lines())
-        return answer
+
+    def _repeat(self, told: Mapping[str, Any]) -> None:
+        """What the FMU has said, into the log of this process."""
+        lines = told.get("lines")
+        if not isinstance(lines, list) or not all(_is_line(line) for line in lines):
+            raise ProtocolError("lines of the log must be status, category and text")
+        for line in lines:
+            self._log.say(*line)
 
     def _ending(self) -> str:
         code = self._process.poll()
@@ -97,51 +131,79 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._start = t
         self._log.clear()
-        self._ask("begin", t, 0.0, dict(values), t, stop)
+        self._ask(Kind.BEGIN, json.dumps({"values": carried_values(values), "t": t, "stop": stop}).encode(), t)
 
     def finish(self) -> None:
-        self._ask("finish", self._start, 0.0)
+        self._ask(Kind.FINISH, t=self._start)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
-        y: np.ndarray = self._ask("output", t, 0.0, u, t)
-        return y
+        events, *y = self._numbers(Kind.OUTPUT, self._ask(Kind.OUTPUT, numbers(t, u), t), 1 + len(self.outputs), t)
+        self._events = int(events) if np.isfinite(events) else None
+        return np.array(y)
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
-        self._ask("step", t, h, U, t, h)
+        self._ask(Kind.STEP, numbers(t, h, U), t, h)
 
     def save(self) -> Any:
-        return self._ask("save", 0.0, 0.0)
+        return self._snapshot(self._ask(Kind.SAVE))
 
     def restore(self, snapshot: Any) -> None:
-        self._ask("restore", 0.0, 0.0, snapshot)
+        self._ask(Kind.RESTORE, struct.pack("<Q", snapshot))
 
     def discard(self, snapshot: Any) -> None:
         if self._process.poll() is None:
-            self._ask("discard", 0.0, 0.0, snapshot)
+            self._ask(Kind.DISCARD, struct.pack("<Q", snapshot))
 
     def serialize(self) -> bytes:
-        data: bytes = self._ask("serialize", 0.0, 0.0)
-        return data
+        return self._ask(Kind.SERIALIZE)
 
     def deserialize(self, data: bytes) -> None:
-        self._ask("deserialize", 0.0, 0.0, data)
+        self._ask(Kind.DESERIALIZE, data)
 
     @property
     def counts(self) -> Counts:
         return Counts(self._events, self._log.warnings, self._log.first_warning)
 
     def state_space(self) -> StateSpace | None:
-        space: StateSpace | None = self._ask("state_space", 0.0, 0.0)
-        return space
+        content = self._ask(Kind.LINEARISE)
+        if not content:
+            return None
+        whole = self._numbers(Kind.LINEARISE, content, len(content) // 8)
+        n_x, n_u, n_y = (int(n) if 0 <= n <= 1e5 else -1 for n in (*whole[:3], -1, -1, -1)[:3])
+        shapes = ((n_x, n_x), (n_x, n_u), (n_y, n_x), (n_y, n_u))
+        sizes = np.cumsum([3, *(rows * columns for rows, columns in shapes)])
+        if min(n_x, n_u, n_y) < 0 or sizes[-1] != whole.size:
+            raise self._malformed("linearise", f"{whole.size} numbers are no A, B, C, D")
+        parts = zip(sizes[:-1], sizes[1:], shapes, strict=True)
+        return StateSpace(*(whole[first:end].reshape(shape) for first, end, shape in parts))
+
+    def _snapshot(self, content: bytes) -> int:
+        if len(content) != 8:
+            raise self._malformed("save", f"{len(content)} bytes are no number of a snapshot")
+        return int.from_bytes(content, "little")
+
+    def _numbers(self, kind: Kind, content: bytes, size: int, t: float = 0.0) -> np.ndarray:
+        try:
+            return array(content, size)
+        except ProtocolError as error:
+            raise self._malformed(kind.name.lower(), str(error), t) from None
+
+    def _malformed(self, what: str, how: str, t: float = 0.0) -> SlaveError:
+        self._process.kill()
+        return SlaveError(self.name, t, 0.0, f"its process sent a malformed frame in {what}: {how}", self._last_lines())
 
     def close(self) -> None:
         if self._process.poll() is None:
             with contextlib.suppress(OSError):
-                self._connection.send(("close", ()))
+                self._link.send(Kind.BYE, self._sequence + 1, timeout=child.TIME_TO_LEAVE)
         child.end(self._process)
         self._remove()
 
     def _remove(self) -> None:
-        self._connection.close()
+        self._link.close()
         self._words.close()
         self._scratch.remove()
+
+
+def _is_line(line: Any) -> bool:
+    return isinstance(line, list) and len(line) == 3 and type(line[0]) is int and all(isinstance(text, str) for text in line[1:])

@@ -15,6 +15,16 @@
 | RESTORE, DISCARD | u64 number | - |
 | BYE | - | no answer; the unit closes |
 
+An FMU in a process of its own (isolated.py) knows more, and tells what it logs before the answer:
+
+| kind | request payload | answer payload |
+|---|---|---|
+| OPEN | JSON: name, location | as HELLO |
+| SERIALIZE | - | the state |
+| DESERIALIZE | the state | - |
+| LINEARISE | - | n_x, n_u, n_y, then A, B, C, D row by row; nothing where there is none |
+| LOG | - | comes by itself: JSON: lines (lists of status, category, text), dropped (their number) |
+
 START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with
 `initial_feedthrough` what depends on what there; it gets BEGIN, then OUTPUT at t until all components agree, then FINISH.
 
@@ -29,6 +39,7 @@ import socket
 import struct
 import time
 from enum import IntEnum
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -36,6 +47,8 @@ import numpy as np
 MAGIC, VERSION = b"GCRU", 1
 HEADER = struct.Struct("<4sBBHIQ")
 LONGEST = 1 << 24  # bytes of a payload
+WHOLE_WITHIN = 10.0  # s that the rest of a frame may take, once its first byte is there
+DIGITS = 20  # of a whole number in JSON
 
 
 class Kind(IntEnum):
@@ -51,9 +64,17 @@ class Kind(IntEnum):
     BYE = 8
     BEGIN = 9
     FINISH = 10
+    OPEN = 11
+    SERIALIZE = 12
+    DESERIALIZE = 13
+    LINEARISE = 14
     OK = 100
     ERROR = 101
     END = 102
+    LOG = 103
+
+
+_VALUES = frozenset(Kind)
 
 
 class ProtocolError(ValueError):
@@ -61,13 +82,16 @@ class ProtocolError(ValueError):
 
 
 class Link:
-    """One end of a stream. Late bytes are kept, so that a wait that timed out can be taken up again."""
+    """One end of a stream. Late bytes are kept, so that a wait that timed out can be taken up again.
 
-    def __init__(self, stream: socket.socket) -> None:
-        self.stream = stream
+    longest : bytes of a payload; a frame that announces more is none.
+    """
+
+    def __init__(self, stream: socket.socket, longest: int = LONGEST) -> None:
+        self.stream, self._longest = stream, longest
         if stream.family in (socket.AF_INET, socket.AF_INET6):
             stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._buffer = b""
+        self._buffer = bytearray()
 
     def send(self, kind: Kind, sequence: int, payload: bytes = b"", timeout: float | None = None) -> None:
         """OSError where the other end is gone, TimeoutError where it takes nothing for `timeout` (s)."""
@@ -75,27 +99,36 @@ class Link:
         self.stream.sendall(HEADER.pack(MAGIC, VERSION, kind, 0, len(payload), sequence) + payload)
 
     def receive(self, timeout: float | None = None) -> tuple[Kind, int, bytes]:
-        """The next frame; TimeoutError after `timeout` (s), EOFError where the other end is gone, ProtocolError for no frame."""
+        """The next frame; TimeoutError after `timeout` (s), EOFError where the other end is gone, ProtocolError for no frame.
+
+        A frame that has begun must be whole within WHOLE_WITHIN, or it is none.
+        """
         end = None if timeout is None else time.perf_counter() + timeout
-        self._fill(HEADER.size, end)
-        magic, version, kind, _, length, sequence = HEADER.unpack_from(self._buffer)
-        if magic != MAGIC or version != VERSION or kind not in list(Kind) or length > LONGEST:
-            raise ProtocolError(f"{self._buffer[: HEADER.size]!r} is no header")
-        self._fill(HEADER.size + length, end)
-        payload = self._buffer[HEADER.size : HEADER.size + length]
-        self._buffer = self._buffer[HEADER.size + length :]
+        self._fill(1, end)
+        whole = time.perf_counter() + WHOLE_WITHIN
+        self._fill(HEADER.size, end, whole)
+        header = bytes(self._buffer[: HEADER.size])
+        magic, version, kind, _, length, sequence = HEADER.unpack(header)
+        if magic != MAGIC or version != VERSION or kind not in _VALUES or length > self._longest:
+            raise ProtocolError(f"{header!r} is no header")
+        self._fill(HEADER.size + length, end, whole)
+        payload = bytes(self._buffer[HEADER.size : HEADER.size + length])
+        del self._buffer[: HEADER.size + length]
         return Kind(kind), sequence, payload
 
-    def _fill(self, wanted: int, end: float | None) -> None:
+    def _fill(self, wanted: int, end: float | None, whole: float = inf) -> None:
         while len(self._buffer) < wanted:
-            if end is None:
-                self.stream.settimeout(None)
-            else:
-                left = end - time.perf_counter()
-                if left <= 0.0:
-                    raise TimeoutError
-                self.stream.settimeout(left)
-            got = self.stream.recv(65536)
+            now = time.perf_counter()
+            left = min(inf if end is None else end, whole) - now
+            if left <= 0.0 and now >= whole:
+                raise ProtocolError(f"a frame must be whole within {WHOLE_WITHIN:g} s, has {len(self._buffer)} of {wanted} bytes")
+            if left <= 0.0:
+                raise TimeoutError
+            self.stream.settimeout(None if left == inf else left)
+            try:
+                got = self.stream.recv(65536)
+            except TimeoutError:
+                continue
             if not got:
                 raise EOFError
             self._buffer += got
@@ -118,11 +151,17 @@ def array(payload: bytes, size: int) -> np.ndarray:
 
 
 def document(payload: bytes) -> dict[str, Any]:
-    """The JSON object of a payload; ProtocolError where there is none."""
+    """The JSON object of a payload; ProtocolError where there is none, or where it is nested too deeply."""
     try:
-        content = json.loads(payload)
-    except ValueError as error:
+        content = json.loads(payload, parse_int=_whole)
+    except (ValueError, RecursionError) as error:
         raise ProtocolError(f"no JSON: {error}") from None
     if not isinstance(content, dict):
         raise ProtocolError("no JSON object")
     return content
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > DIGITS:
+        raise ValueError(f"a whole number must have at most {DIGITS} digits, has {len(digits)}")
+    return int(digits)

@@ -19,7 +19,7 @@ import socket
 import struct
 import subprocess
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 from urllib.parse import parse_qsl
 
@@ -29,9 +29,9 @@ from gyro_cosim.component.units import quantity
 
 from ...errors import EndRequest, SlaveError, unknown
 from ..base import Restorable
-from ..description import SlaveDescription
-from ..signal import Signal, Value
+from ..signal import Value
 from . import child
+from .introduction import carried_values, described, truth
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 
 SCHEMES = ("process:", "tcp://")
@@ -108,27 +108,17 @@ class RemoteSlave(Restorable):
     def _introduce(self, told: Mapping[str, Any]) -> None:
         """Signals and abilities from the unit's own words; ProtocolError where they do not fit together."""
         try:
-            inputs, outputs, settable = (tuple(Signal(**row) for row in told[kind]) for kind in ("inputs", "outputs", "settable"))
-            shape = len(outputs), len(inputs)
-            feedthrough = np.array(told["feedthrough"], dtype=bool).reshape(shape)
-            self.description = SlaveDescription(
-                inputs=inputs,
-                outputs=outputs,
-                settable={s.name: s for s in settable},
-                feedthrough=feedthrough,
-                initial_feedthrough=np.array(told.get("initial_feedthrough", feedthrough), dtype=bool).reshape(shape),
-                input_degree=int(told["input_degree"]),
-                # a repeated step must find every answer
-                can_restore=bool(told["can_restore"]) and self._terms.late == "stop",
-            )
-            self._initializes = bool(told.get("initialization"))
-        except (KeyError, TypeError, ValueError) as error:
+            told_of = described(told)
+        except ProtocolError as error:
             raise ProtocolError(f"it does not introduce itself: {error}") from None
+        # a repeated step must find every answer
+        self.description = replace(told_of, can_restore=told_of.can_restore and self._terms.late == "stop")
+        self._initializes = truth(told, "initialization", False)
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._last, self._missing, self.late = [], 0, 0
         self._start, self._preparing = t, True
-        payload = json.dumps({"values": dict(values), "t": t, "stop": stop}).encode()
+        payload = json.dumps({"values": carried_values(values), "t": t, "stop": stop}).encode()
         self._ask(Kind.BEGIN if self._initializes else Kind.START, payload, t)
 
     def finish(self) -> None:

@@ -4,32 +4,15 @@ import json
 import socket
 import struct
 import sys
+from pathlib import Path
 from typing import Any
 
 from ...errors import EndRequest, RunError
 from ..base import Slave, restorable
 from ..opening import open_slave
-from ..signal import Signal
 from . import child
+from .introduction import introduction, number, read_values
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
-
-CARRIED = ("name", "kind", "unit", "start", "min", "max", "meaning", "smooth", "type")
-
-
-def carried(signal_: Signal) -> dict[str, Any]:
-    """A signal as HELLO tells it."""
-    return {name: getattr(signal_, name) for name in CARRIED}
-
-
-def introduction(slave: Slave) -> dict[str, Any]:
-    """What HELLO is answered with."""
-    d = slave.description
-    return {
-        "inputs": [carried(s) for s in d.inputs], "outputs": [carried(s) for s in d.outputs],
-        "settable": [carried(s) for s in d.settable.values()], "feedthrough": d.feedthrough.astype(int).tolist(),
-        "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "input_degree": d.input_degree,
-        "can_restore": restorable(slave) is not None, "initialization": True,
-    }  # fmt: skip
 
 
 def serve(slave: Slave, link: Link) -> None:
@@ -50,9 +33,8 @@ def serve(slave: Slave, link: Link) -> None:
             if kind in (Kind.START, Kind.BEGIN):
                 failed, ended = "", b""
                 given = document(payload)
-                values = {n: tuple(v) if isinstance(v, list) else v for n, v in given["values"].items()}
                 begin = slave.initialize if kind == Kind.START else slave.begin
-                begin(values, float(given["t"]), float(given["stop"]))
+                begin(read_values(given.get("values")), number(given, "t"), number(given, "stop"))
             elif failed or ended:
                 pass
             elif kind == Kind.FINISH:
@@ -120,5 +102,6 @@ def main(source: str, descriptor: int) -> None:
 
 
 if __name__ == "__main__":
+    sys.path.append(str(Path.cwd()))  # a package of the user's that stands there, after all others: it takes no name from them
     if child.belongs():
         main(sys.argv[1], int(sys.argv[2]))
