@@ -14,8 +14,8 @@ import pytest
 from gyro_cosim import SlaveError, simulate
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.slaves.processes import child, protocol
-from gyro_cosim.slaves.processes.introduction import carried_values, described, introduction, read_values
 from gyro_cosim.slaves.processes.protocol import Kind, Link, ProtocolError, document
+from gyro_cosim.slaves.processes.telling import carried_values, described, introduction, read_values
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="FMUs are isolated on Linux and macOS")
 

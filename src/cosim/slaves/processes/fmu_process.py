@@ -12,8 +12,8 @@ from ...errors import EndRequest, OutputError, SlaveError
 from ..fmi.log import shown
 from ..opening import open_fmu
 from . import child
-from .introduction import introduction, number, read_values
 from .protocol import Kind, Link, array, document, numbers
+from .telling import introduction, number, read_values
 
 MOST_LINES = 200  # of the log with one answer; what is beyond is counted only
 

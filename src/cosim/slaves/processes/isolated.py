@@ -26,8 +26,8 @@ from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Value
 from . import child
-from .introduction import carried_values, described, number
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
+from .telling import carried_values, described, number
 
 PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
@@ -68,9 +68,10 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         """The answer of the child to a request; SlaveError if it fails, dies, or does not answer in time."""
         what = kind.name.lower()
         self._sequence += 1
-        end = time.perf_counter() + self._patience
+        patience = max(self._patience, PATIENCE) if kind == Kind.OPEN else self._patience  # Python itself must start, too
+        end = time.perf_counter() + patience
         try:
-            self._link.send(kind, self._sequence, payload, self._patience)
+            self._link.send(kind, self._sequence, payload, patience)
             while True:
                 answer, sequence, content = self._link.receive(max(1e-3, end - time.perf_counter()))
                 if sequence != self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END, Kind.LOG):
@@ -93,7 +94,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
             raise SlaveError(self.name, t, h, reason, self._last_lines())
         except TimeoutError:
             self._process.kill()
-            reason = f"{what} does not end, given up after {self._patience:g} s"
+            reason = f"{what} does not end, given up after {patience:g} s"
             raise SlaveError(self.name, t, h, reason, self._last_lines()) from None
         except ProtocolError as error:
             self._process.kill()

@@ -31,8 +31,8 @@ from ...errors import EndRequest, SlaveError, unknown
 from ..base import Restorable
 from ..signal import Value
 from . import child
-from .introduction import carried_values, described, truth
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
+from .telling import carried_values, described, truth
 
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take

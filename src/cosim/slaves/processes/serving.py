@@ -11,8 +11,8 @@ from ...errors import EndRequest, RunError
 from ..base import Slave, restorable
 from ..opening import open_slave
 from . import child
-from .introduction import introduction, number, read_values
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
+from .telling import introduction, number, read_values
 
 
 def serve(slave: Slave, link: Link) -> None:
