@@ -74,3 +74,9 @@ def unknown(what: str, name: str, known: Iterable[str]) -> ValueError:
     near = difflib.get_close_matches(name, names, 1)
     hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(names) or 'none'}"
     return ValueError(f"unknown {what} {name!r}; {hint}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The nearest known name in brackets, with a blank in front, for the end of a sentence; empty where none is near."""
+    near = difflib.get_close_matches(name, sorted(known), 1)
+    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -9,8 +9,8 @@ from pathlib import Path
 from ..errors import unknown
 from ..systems import System
 from ..systems.catalogue import systems
-from .documents import NAMESPACES
 from .reading import read
+from .rules import NAMESPACES
 
 __all__ = ["NAMESPACES", "read", "system"]
 

@@ -1,6 +1,7 @@
 """What the XML files of SSP have in common: namespaces, attributes, units, values, transformations, places of other files."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -11,29 +12,40 @@ from gyro_cosim.component.units import Unit
 
 from ..systems import Conversion, archive
 from ..systems.quantities import Quantity, defined, meaning
+from .rules import NAMESPACES, REAL, TYPES, RuleError, check
 
-NAMESPACES = {
-    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
-    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
-    "ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
-    "ssm": "http://ssp-standard.org/SSP1/SystemStructureParameterMapping",
-    "gc": "urn:gyro-cosim:1",
-}
-ANNOTATION = "gyro-cosim"
-REAL = ("Real", "Float64", "Float32")
-TYPES = (
-    *REAL, "Integer", *(f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")),
-    "Boolean", "String", "Enumeration", "Binary", "Clock",
-)  # fmt: skip
+Note = tuple[str, int, str]
+LINES = 4  # that a note names
+
+
+def told(notes: Iterable[Note]) -> list[str]:
+    """The notes in words, the same of several lines in one."""
+    lines: dict[tuple[str, str], set[int]] = {}
+    for location, line, what in notes:
+        lines.setdefault((location, what), set()).add(line)
+    return [f"{location}{_lines(sorted(found - {0}))}: {what}" for (location, what), found in lines.items()]
+
+
+def _lines(found: list[int]) -> str:
+    more = f" and {len(found) - LINES} more" if len(found) > LINES else ""
+    return f", line{'s' if len(found) > 1 else ''} {', '.join(map(str, found[:LINES]))}{more}" if found else ""
 
 
 @dataclass(frozen=True)
 class Document:
-    """An XML file of SSP: `location` (`FILE` or `ARCHIVE#MEMBER`), its root element, and the units it defines."""
+    """An XML file of SSP: `location` (`FILE` or `ARCHIVE#MEMBER`), its root element, the units it defines.
+
+    notes : what is found that a reader should be told, as location, line and text; all documents of a system share one list.
+    """
 
     location: str
     root: etree._Element
     units: Mapping[str, Unit]
+    notes: list[Note]
+
+    def note(self, element: etree._Element, what: str) -> None:
+        """Tell the reader, with file and line."""
+        self.notes.append((self.location, element.sourceline or 0, what))
 
     @property
     def what(self) -> str:
@@ -61,14 +73,13 @@ class Document:
             raise self.fault(element, f"{name} must be a number, got {text!r}") from None
 
     def unit(self, element: etree._Element) -> Unit | None:
-        """What the unit of an element means; None where it has none."""
+        """What the unit of an element means; None where it has none, or one of which nothing is known."""
         name = element.get("unit")
-        if not name:
-            return None
-        found = self.units.get(name) or meaning(name)
-        if found is None:
-            raise self.fault(element, f"unit {name!r} must be defined in the Units of the file")
-        return found
+        return self.known_unit(name) if name else None
+
+    def known_unit(self, name: str) -> Unit | None:
+        """What the file or the package knows of a unit; some tools write one in brackets, "[m/s]"."""
+        return self.units.get(name) or meaning(_bare(name))
 
     def beside(self, element: etree._Element, source: str) -> str:
         """The location of the file that the URI `source` names, relative to this one; never outside of an archive."""
@@ -91,20 +102,32 @@ class Document:
         return f"{outer}#{'/'.join(steps)}"
 
 
-def load(location: str, kind: str, name: str) -> Document:
-    """The file at `location`, whose root must be the element `name` of the namespace `kind`."""
-    root = archive.xml(archive.read(location), f"system file {location!r}")
-    return document(location, root, kind, name)
+def _bare(unit: str) -> str:
+    return unit[1:-1].strip() if unit.startswith("[") and unit.endswith("]") else unit
 
 
-def document(location: str, root: etree._Element, kind: str, name: str) -> Document:
+def load(location: str, kind: str, name: str, notes: list[Note]) -> Document:
+    """The file at `location`, whose root must be the element `name` of the namespace `kind`, checked by the rules of SSP."""
+    data, undeclared = with_prefixes(archive.read(location))
+    root = archive.xml(data, f"system file {location!r}")
+    found = document(location, root, kind, name, notes)
+    if undeclared:
+        found.note(root, f"the namespace prefix {', '.join(undeclared)} is not declared")
+    try:
+        check(root)
+    except RuleError as error:
+        raise found.fault(error.element, str(error)) from None
+    return found
+
+
+def document(location: str, root: etree._Element, kind: str, name: str, notes: list[Note]) -> Document:
     """The same for an element inside another file."""
     if root.tag != f"{{{NAMESPACES[kind]}}}{name}":
-        raise ValueError(f"system file {location!r} must hold an SSP 1.0 {name}, got {root.tag!r}")
+        raise ValueError(f"system file {location!r} must hold an SSP {name}, got {root.tag!r}")
     version = root.get("version", "1.0")
     if not version.startswith(("1.", "2.")):
         raise ValueError(f"system file {location!r} must be of SSP 1.0 or 2.0, got {version!r}")
-    empty = Document(location, root, {})
+    empty = Document(location, root, {}, notes)
     units = {}
     for element in root.iterfind(f"{kind}:Units/ssc:Unit", NAMESPACES):
         base = element.find("ssc:BaseUnit", NAMESPACES)
@@ -113,7 +136,26 @@ def document(location: str, root: etree._Element, kind: str, name: str) -> Docum
                 units[empty.attribute(element, "name")] = defined(element.get("name", ""), dict(base.attrib))
             except ValueError as error:
                 raise empty.fault(element, f"BaseUnit must hold whole exponents and numbers: {error}") from None
-    return Document(location, root, units)
+    return Document(location, root, units, notes)
+
+
+def with_prefixes(data: bytes) -> tuple[bytes, list[str]]:
+    """An XML document with the namespace prefixes declared that it uses and does not declare, and these prefixes.
+
+    Some tools read prefixes as a part of the name, and so their users' files have undeclared ones.
+    """
+    parser = etree.XMLParser(resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False, recover=True)
+    try:
+        root = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError:
+        return data, []
+    faults = [error.type_name for error in parser.error_log]
+    if root is None or not faults or set(faults) != {"NS_ERR_UNDEFINED_NAMESPACE"}:
+        return data, []
+    words = (re.match(r"Namespace prefix (\S+) ", error.message) for error in parser.error_log)
+    prefixes = sorted({word[1] for word in words if word})
+    spaces = "".join(f' xmlns:{p}="{NAMESPACES.get(p, f"urn:undeclared:{p}")}"' for p in prefixes)
+    return re.sub(rb"(<[A-Za-z_][\w:.-]*)", lambda m: m[1] + spaces.encode(), data, count=1), prefixes
 
 
 def type_of(element: etree._Element) -> etree._Element | None:
@@ -147,13 +189,17 @@ def value_of(found: Document, parameter: etree._Element) -> Any:
     if not numbers:
         raise found.fault(parameter, f"value must be a number, got {text!r}")
     unit = found.unit(kind) if name in REAL else None
-    values = [number if unit is None else Quantity(number, unit) for number in numbers]
+    nobody = _bare(kind.get("unit", "")) if unit is None and name in REAL else ""
+    if nobody:
+        found.note(kind, f"unit {kind.get('unit')!r} is not defined in the file: the number fits where no other unit is stated")
+    plain = unit is None and not nobody
+    values = [number if plain else Quantity(number, unit, unknown=nobody) for number in numbers]
     return values[0] if len(values) == 1 else tuple(values)
 
 
 def conversion_of(found: Document, element: etree._Element, start: Unit | None = None, end: Unit | None = None) -> Conversion:
     """What a Connection or MappingEntry does to a value."""
-    suppress = element.get("suppressUnitConversion", "false") in ("true", "1")
+    suppress = element.get("suppressUnitConversion", "false") in ("true", "1")  # the rules admit no other truth
     linear = element.find("ssc:LinearTransformation", NAMESPACES)
     if linear is not None:
         factor, offset = found.number(linear, "factor", "1"), found.number(linear, "offset", "0")

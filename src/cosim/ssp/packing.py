@@ -20,7 +20,7 @@ from ..slaves.fmi.description import read
 from ..slaves.fmi.signals import described
 from ..systems import Connection, System, SystemComponent, archive, catalogue
 from ..systems.quantities import meaning
-from .documents import ANNOTATION, NAMESPACES
+from .rules import ANNOTATION, NAMESPACES
 
 _TYPES = {
     "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",

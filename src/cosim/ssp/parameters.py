@@ -2,18 +2,21 @@
 
 Within a system a binding names a connector of the system, or, with the names of elements and dots in front, a variable
 further down. Later bindings win over earlier ones, those of a system over those of what it holds. Names that are not there
-are ignored, as the standard wants it.
+are ignored, as the standard wants it, and told in the notes.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from lxml import etree
 
+from ..errors import nearest
 from ..systems import archive
-from .documents import NAMESPACES, Document, conversion_of, document, load, through, value_of
+from .documents import Document, conversion_of, document, load, through, value_of
+from .rules import NAMESPACES
 from .tree import Node
 
+LISTED = 6  # names that a note shows
 SET, MAPPING = "application/x-ssp-parameter-set", "application/x-ssp-parameter-mapping"
 
 
@@ -31,9 +34,31 @@ def _collect(node: Node, leaving: Mapping[Any, Any], arriving: Mapping[Any, Any]
     for child in node.children.values():
         _collect(child, leaving, arriving, found)
     for place, element in node.bindings:
+        nowhere = []
         for name, value in _values(node, place, element):
-            for path, variable, given in _targets(node, name, value, leaving, arriving):
+            targets = list(_targets(node, name, value, leaving, arriving))
+            for path, variable, given in targets:
                 found.setdefault(path, {})[variable] = given
+            if not targets and not _reaches(node, name):
+                nowhere.append(name)
+        if nowhere:
+            first, dot, _ = nowhere[0].partition(".")
+            hint = nearest(first + dot, [*node.ports, *(f"{name}." for name in node.children)])
+            place.note(element, f"not used, for nothing in {node.label} is called so: {_listed(nowhere)}{hint}")
+
+
+def _listed(names: Iterable[str]) -> str:
+    """A few names, and how many more there are."""
+    found = [repr(name) for name in names]
+    return ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
+
+
+def _reaches(node: Node, name: str) -> bool:
+    """Whether `name` is that of a connector, at which it may end, in `node` or below."""
+    if name in node.ports:
+        return True
+    below = (child for child in node.children.values() if name.startswith(f"{child.name}."))
+    return any(_reaches(child, name[len(child.name) + 1 :]) for child in below)
 
 
 def _targets(
@@ -100,13 +125,22 @@ def _values(node: Node, place: Document, element: etree._Element) -> Iterator[tu
     if mapping.get("type", MAPPING) != MAPPING:
         raise place.fault(mapping, f"type must be {MAPPING}, got {mapping.get('type')!r}")
     table = _content(node, place, mapping, mapping, ".", "ssm", "ParameterMapping")
-    for entry in table.root.iterfind("ssm:MappingEntry", NAMESPACES):
+    entries = [e for e in table.root.iterfind("ssm:MappingEntry", NAMESPACES) if e.get("source")]
+    for entry in entries:
         source, target = table.attribute(entry, "source"), table.attribute(entry, "target")
         if source in values:
             try:
                 yield target, through(values[source], conversion_of(table, entry))
             except ValueError as error:
                 raise table.fault(entry, str(error)) from None
+    wanted = {str(entry.get("source")) for entry in entries}
+    without, unused = sorted(wanted - values.keys()), sorted(values.keys() - wanted)
+    if without:
+        table.note(
+            table.root, f"not in the parameter set, and so without effect: {_listed(without)}{nearest(without[0], values)}"
+        )
+    if unused:
+        place.note(mapping, f"not used, for the mapping has no entry: {_listed(unused)}{nearest(unused[0], wanted)}")
 
 
 def _content(
@@ -123,10 +157,10 @@ def _content(
             location = place.beside(element, source)
         if not archive.exists(location):
             raise place.fault(element, f"file {location!r} must exist")
-        return load(location, kind, name)
+        return load(location, kind, name, place.notes)
     holder = parent if within == "." else parent.find(within, NAMESPACES)
     inner = None if holder is None else holder.find(f"{kind}:{name}", NAMESPACES)
     if inner is None:
         raise place.fault(element, f"must have a source or hold a {name}")
-    found = document(place.location, inner, kind, name)
-    return Document(found.location, found.root, {**place.units, **found.units})
+    found = document(place.location, inner, kind, name, place.notes)
+    return Document(found.location, found.root, {**place.units, **found.units}, place.notes)

@@ -7,10 +7,12 @@ from typing import Any
 
 from lxml import etree
 
-from ..errors import WiringError, unknown
-from ..systems import Connection, Conversion, Exchange, PowerBond, StopWhen, System, SystemComponent
-from .documents import ANNOTATION, NAMESPACES, Document, conversion_of
+from ..errors import WiringError, nearest, unknown
+from ..systems import Connection, Conversion, Exchange, Port, PowerBond, StopWhen, System, SystemComponent
+from .documents import Document, conversion_of, told
+from .foreign import macro_step
 from .parameters import bound_values
+from .rules import ANNOTATION, NAMESPACES
 from .tree import Node, components, system_tree
 
 End = tuple[str, str]  # path of an element ("" for the top), connector
@@ -57,12 +59,14 @@ def read(file: Path | str) -> System:
     members = tuple(SystemComponent(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
     root, found = top.document.root, top.document
     start, stop = _span(found)
+    step = macro_step(found)
     try:
         return System(
             name=root.get("name") or Path(location).stem, components=members, connections=tuple(connections),
             bonds=_bonds(top, leaves),
-            step=_step(found), start=start, stop=stop, stop_when=_stops(top, leaves), exchange=_exchange(top, leaves),
+            step=step, start=start, stop=stop, stop_when=_stops(top, leaves), exchange=_exchange(top, leaves),
             description=top.element.get("description") or root.get("description", ""),
+            notes=tuple(told(found.notes)),
         )  # fmt: skip
     except WiringError as error:
         raise WiringError(f"{found.what}: {error}") from None
@@ -97,16 +101,27 @@ def _wire(node: Node, element: etree._Element) -> Wire | None:
     """A connection in the direction in which values go; None between a parameter and what the master does not compute."""
     found = node.document
     ends = []
+    if element.get("startElement") == "" or element.get("endElement") == "":
+        found.note(element, 'an element called "" is read as the system itself')
+    for which in ("startIndices", "endIndices"):
+        if element.get(which):
+            why = f"{which} are not read, for the standard does not say where they count from; name the element, such as y[1]"
+            raise found.fault(element, why)
     for which in ("start", "end"):
-        name, connector = element.get(f"{which}Element"), found.attribute(element, f"{which}Connector")
+        name, connector = element.get(f"{which}Element") or None, found.attribute(element, f"{which}Connector")
         if name is not None and name not in node.children:
-            raise WiringError(str(found.fault(element, f"{node.label} must have an element {name!r}, has none")))
+            raise WiringError(
+                str(found.fault(element, f"{node.label} must have an element {name!r}, has none{nearest(name, node.children)}"))
+            )
         owner = node if name is None else node.children[name]
         port = owner.port(connector, element)
         outward = port.kind in ("output", "calculatedParameter")
         gives = outward if owner is not node else not outward  # seen from inside, a system's input gives
         ends.append((owner, connector, port, gives))
     (a, a_name, a_port, a_gives), (b, b_name, b_port, b_gives) = ends
+    if a.passes or b.passes:  # a dictionary gives to what takes, and of two the first gives
+        a_gives = not b_gives if a.passes and not b.passes else a_gives or a.passes
+        b_gives = not a_gives if b.passes else b_gives
     if a_gives == b_gives:
         both = "give a value" if a_gives else "take a value"
         text = f"must join one end that gives and one that takes, {_end(a, a_name)} and {_end(b, b_name)} both {both}"
@@ -115,7 +130,19 @@ def _wire(node: Node, element: etree._Element) -> Wire | None:
         (a, a_name, a_port), (b, b_name, b_port) = (b, b_name, b_port), (a, a_name, a_port)
     if a_port.kind == "calculatedParameter":
         raise WiringError(str(found.fault(element, f"{_end(a, a_name)} is a calculatedParameter, which is not passed on")))
+    _refuse_unknown_units(found, element, a_port, b_port)
     return Wire((a.path, a_name), (b.path, b_name), conversion_of(found, element, a_port.unit, b_port.unit))
+
+
+def _refuse_unknown_units(found: Document, element: etree._Element, a: Port, b: Port) -> None:
+    """A unit that nobody defines may stand at a connector, but nothing can be converted from or to it."""
+    names = [port.unit_name for port in (a, b)]
+    if "" in names or names[0] == names[1] or None not in (a.unit, b.unit):
+        return
+    if element.get("suppressUnitConversion") not in ("true", "1"):
+        nobody = names[0] if a.unit is None else names[1]
+        why = f"unit {nobody!r} must be defined in the Units of the file to go from {names[0]!r} to {names[1]!r}"
+        raise WiringError(str(found.fault(element, why)))
 
 
 def _end(node: Node, connector: str) -> str:
@@ -173,12 +200,6 @@ def _split(top: Node, element: etree._Element, key: str, leaves: Any) -> End:
     if not path:
         raise top.document.fault(element, f"{key} must be COMPONENT.VARIABLE of a component of the system, got {text!r}")
     return path, text[len(path) + 1 :]
-
-
-def _step(found: Document) -> float:
-    """The usual macro step (s): the annotation's, else 1 ms."""
-    master = found.root.find(f".//ssc:Annotation[@type='{ANNOTATION}']//gc:Master", NAMESPACES)
-    return 1e-3 if master is None else found.number(master, "step", "1e-3")
 
 
 def _span(found: Document) -> tuple[float, float]:

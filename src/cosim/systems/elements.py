@@ -18,12 +18,15 @@ class Port:
     type : str
         As FMI 3.0 or SSP 1.0 call it; empty where not stated.
     unit : Unit or None
-        Its meaning where one is stated.
+        Its meaning where one is stated and known.
+    unit_name : str
+        The unit as the file writes it; empty where not stated.
     """
 
     kind: str
     type: str = ""
     unit: Unit | None = None
+    unit_name: str = ""
 
 
 @dataclass(frozen=True)

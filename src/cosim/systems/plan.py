@@ -29,6 +29,8 @@ class System:
         What ends a run early.
     exchange : Exchange or None
         What people exchange in it; None where it does not say.
+    notes : tuple of str
+        What a reader of the system should be told: what a file says and is not followed, what a swap has dropped.
 
     Raises
     ------
@@ -48,6 +50,7 @@ class System:
     stop_when: tuple[StopWhen, ...] = ()
     start: float = 0.0
     exchange: Exchange | None = None
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""

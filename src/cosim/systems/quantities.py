@@ -15,6 +15,7 @@ class Quantity:
     """`factor` times (`value` in `unit`, expressed in the unit of what takes it) + `offset`; unit None: already in it.
 
     suppressed : the number is taken as it is, whatever the units.
+    unknown : name of a unit that nobody defines; such a number fits where no unit is stated, or this one.
     """
 
     value: float
@@ -22,9 +23,12 @@ class Quantity:
     factor: float = 1.0
     offset: float = 0.0
     suppressed: bool = False
+    unknown: str = ""
 
     def expressed(self, target: Unit | None) -> float:
         """The number in `target`; ValueError if the units do not fit."""
+        if self.unknown and target is not None and target.name != self.unknown and not self.suppressed:
+            raise ValueError(f"unit {self.unknown!r} is defined nowhere and cannot be expressed in {target.name!r}")
         factor, offset = (1.0, 0.0) if self.suppressed else between(self.unit, target)
         number = self.value if (factor, offset) == (1.0, 0.0) else self.value * factor + offset
         return number if (self.factor, self.offset) == (1.0, 0.0) else self.factor * number + self.offset
