@@ -128,6 +128,7 @@ def system_document(network: Network) -> dict[str, Any]:
         "step": system.step,
         "start": system.start,
         "stop": system.stop,
+        "notes": list(network.notes),
         "components": components,
         "connections": wires,
         "loops": list(network.loops),
@@ -156,10 +157,7 @@ def _system_words(found: dict[str, Any]) -> list[str | Table]:
     for component in found["components"]:
         if component["open_inputs"]:
             lines.append(f"inputs of {component['name']} that keep their start values: {', '.join(component['open_inputs'])}")
-        if component["ignored_values"]:
-            lines.append(
-                f"values that {component['name']} has no variable for, ignored: {', '.join(component['ignored_values'])}"
-            )
+    lines += [f"note: {note}" for note in found["notes"]]
     lines += [f"algebraic loop: {loop}" for loop in found["loops"]] or ["algebraic loops: none"]
     lines += [f"algebraic loop in initialization mode: {loop}" for loop in found["initial_loops"]]
     lines += [f"power bond: {bond}" for bond in found["bonds"]] or ["power bonds: none"]

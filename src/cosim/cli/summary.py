@@ -46,6 +46,7 @@ def document(run: Run, found: Sequence[Assessed] = ()) -> dict[str, Any]:
         "iterations": run.iterations,
         "rejections": run.rejections,
         "without_kernel": run.without_kernel,
+        "notes": list(run.notes),
         "warnings": {name: {"count": count, "first": first} for name, (count, first) in run.warnings.items()},
         "events": {"total": sum(run.events.values()), "components": dict(run.events)},
         "timing": {
@@ -114,7 +115,8 @@ def summary_lines(run: Run, in_process: bool, found: Sequence[Assessed] = ()) ->
     warned = [f"{name} gave {n} warning{'s' if n > 1 else ''}, the first: {first}" for name, (n, first) in run.warnings.items()]
     warning = [f"WARNING: {run.coupling_warning}"] if run.coupling_warning else []
     bonds = bonds or ["coupling energy residual: the system has no power bond"]
-    return [*lines, *slow, *events, *warned, "", table, "", *bonds, *warning, *assessments.lines(found)]
+    notes = [f"note: {note}" for note in run.notes]
+    return [*lines, *slow, *notes, *events, *warned, "", table, "", *bonds, *warning, *assessments.lines(found)]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

@@ -69,6 +69,8 @@ class Run:
         Of each component that has given warnings, how many, and the text of the first.
     without_kernel : str
         Why the inner loop ran as Python runs it although it was worth compiling; empty where it did not.
+    notes : tuple of str
+        What a reader should be told: what a file says and was not followed, what was given and not used.
     """
 
     system: System
@@ -86,6 +88,7 @@ class Run:
     events: Mapping[str, int] = field(default_factory=dict)
     warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     without_kernel: str = ""
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return "\n".join(lines(self))

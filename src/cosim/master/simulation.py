@@ -228,5 +228,6 @@ class Running:
             start=self._start,
             events={name: c.events for name, c in counts.items() if c.events is not None},
             without_kernel=self.stepper.without_kernel,
+            notes=network.notes,
             warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
         )

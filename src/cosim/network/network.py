@@ -13,7 +13,7 @@ from ..slaves import Counts, Slave, counts
 from ..systems import Connection, System
 from .bonds import power_bonds
 from .evaluation import Evaluation
-from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
+from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer, unused_values
 
 
 def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
@@ -56,6 +56,8 @@ class Network:
         Whether one evaluation of each slave in that order makes all outputs consistent.
     loops, initial_loops : tuple of str
         Each algebraic loop spelled out, which outputs() solves; those of initialization mode, where they are others.
+    notes : tuple of str
+        What is to be told: the system's own notes, and values of parameter files that fit no variable.
     coupled, held : ndarray of int
         Places in Y that feed an input; places that are never extrapolated.
 
@@ -81,6 +83,7 @@ class Network:
         )
         for part, slave in zip(system.components, self.slaves, strict=True):
             check_ports(part, slave)
+        self.notes = (*system.notes, *unused_values(system, self.slaves))
         self._inputs: list[Inputs] = []
         signals = tuple(y for s in self.slaves for y in s.outputs)
         wires = {c.end: c for c in connections(system, self.slaves)}

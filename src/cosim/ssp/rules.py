@@ -138,13 +138,17 @@ def _rules() -> dict[str, tuple[dict[str, str], dict[str, str]]]:
     for line in filter(None, _TABLE.split("\n")):
         name, rest = line.split(": ", 1) if ": " in line else (line.partition(":>")[0], "")
         attributes, _, children = rest.partition(">")
-        kinds = dict(re.fullmatch(r"([^=!]+)(.*)", word).groups() for word in attributes.split())  # type: ignore[union-attr]
-        found[name] = (kinds, dict(re.fullmatch(r"([^*!]+)(.*)", word).groups() for word in children.split()))  # type: ignore[union-attr]
+        found[name] = (_words(attributes, r"([^=!]+)(.*)"), _words(children, r"([^*!]+)(.*)"))
     for kind, more in (("ssc", ""), ("ssv", "value!")):
         for of in TYPES:
             unit = " unit" if of in REAL else ""
             found.setdefault(f"{kind}:{of}", (dict.fromkeys(unit.split(), "") | ({"value": "!"} if more else {}), {}))
     return found
+
+
+def _words(text: str, pattern: str) -> dict[str, str]:
+    found = (re.fullmatch(pattern, word) for word in text.split())
+    return {match[1]: match[2] for match in found if match is not None}
 
 
 def check(root: etree._Element) -> None:

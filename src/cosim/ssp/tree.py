@@ -110,7 +110,7 @@ def _system(found: Document, element: etree._Element, name: str, path: str, dept
 
 def _dictionaries(found: Document, element: etree._Element, path: str) -> dict[str, tuple[str, Mapping[str, Port]]]:
     """The signal dictionaries that a System holds."""
-    made = {}
+    made: dict[str, tuple[str, Mapping[str, Port]]] = {}
     for holder in element.iterfind("ssd:SignalDictionaries/ssd:SignalDictionary", NAMESPACES):
         source, name = holder.get("source"), found.attribute(holder, "name")
         inner = holder.find("ssb:SignalDictionary", NAMESPACES)
