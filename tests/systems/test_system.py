@@ -126,7 +126,7 @@ def test_units_are_converted_on_the_way(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("<a", "must be well-formed XML"),
-        ("<a/>", "must hold an SSP 1.0 SystemStructureDescription"),
+        ("<a/>", "must hold an SSP SystemStructureDescription"),
         ("<!DOCTYPE x [<!ENTITY e SYSTEM 'file:///etc/passwd'>]><x>&e;</x>", "must have no document type"),
         (f"<s:SystemStructureDescription xmlns:s='{ssp.NAMESPACES['ssd']}'/>", "must hold a System"),
     ],

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from ..master import open_network
 from ..network import Network
+from ..slaves.described import described_slave
 from ..slaves.fmi.description import Description, Row, load
 from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
@@ -33,8 +33,7 @@ def command(
         say(as_json, lambda: found, *_fmu_words(found))
     else:
         plan = named_system(name)
-        with open_network(plan, in_process=True) as network:
-            found = system_document(network)
+        found = system_document(Network(plan, [described_slave(c.name, c.source) for c in plan.components]))
         say(as_json, lambda: found, *_system_words(found))
     return 0
 

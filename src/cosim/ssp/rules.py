@@ -117,7 +117,7 @@ gc:Exchange: component! ending >
 """
 _FREE = ("ssc:Content",)  # whatever its type says
 _PATTERNS = {
-    "double": (re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?INF|NaN"), "a number"),
+    "double": (re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?"), "a number"),
     "int": (re.compile(r"[-+]?\d+"), "a whole number"),
     "boolean": (re.compile("true|false|1|0"), "true, false, 1 or 0"),
 }

@@ -1,0 +1,59 @@
+"""A slave that only says what it is: to look at a system without loading the code of its FMUs."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..systems import catalogue
+from .base import Slave
+from .description import SlaveDescription
+from .signal import Value
+
+
+class DescribedSlave(Slave):
+    """Has a description and cannot run."""
+
+    def __init__(self, name: str, description: SlaveDescription) -> None:
+        self.name, self.description = name, description
+
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        """Never."""
+        raise self._asleep()
+
+    def finish(self) -> None:
+        """Never."""
+        raise self._asleep()
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        """Never."""
+        raise self._asleep()
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        """Never."""
+        raise self._asleep()
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _asleep(self) -> RuntimeError:
+        return RuntimeError(f"component {self.name!r} is only described here, it cannot run")
+
+
+def described_slave(name: str, source: str) -> Slave:
+    """The slave `name` of a source as far as it can be told without running foreign code.
+
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    source : str
+        An FMU, of which modelDescription.xml is read and no binary is loaded, or a catalogue name, whose component is made.
+    """
+    if source.endswith(".fmu"):
+        from .fmi.description import read
+        from .fmi.signals import described
+
+        return DescribedSlave(name, described(read(source)))
+    from .in_process import ComponentSlave
+
+    return ComponentSlave(name, catalogue.component(source))
