@@ -115,7 +115,10 @@ def open_network(
     try:
         for part in system.components:
             began = time.perf_counter()
-            slaves.append(open_slave(part.name, part.source, in_process=in_process, isolate=isolate, cache=cache))
+            slave = open_slave(
+                part.name, part.source, in_process=in_process, isolate=isolate, cache=cache, implementation=part.implementation
+            )
+            slaves.append(slave)
             _log.info("opened %s (%s) in %.3f s", part.name, part.source, time.perf_counter() - began)
         return Network(system, slaves, substeps=substeps)
     except BaseException:

@@ -8,18 +8,24 @@ from ..systems import catalogue
 from .base import Slave
 
 if TYPE_CHECKING:
+    from .fmi.fmu import FmuSlave
     from .fmi.unpacked import FmuCache
 
 
 def open_slave(
-    name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: FmuCache | None = None
-) -> Slave:
+    name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: FmuCache | None = None,
+    implementation: str = "",
+) -> Slave:  # fmt: skip
     """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
     With `isolate` an FMU runs in a process of its own, and cannot take this one down.
     cache : the FMUs that are open already, so that slaves of the same file share one copy.
+    implementation : "CoSimulation" or "ModelExchange", by which an FMU shall run; else Co-Simulation where it offers that.
     """
+    if implementation and (source.startswith(("process:", "tcp://")) or (in_process and not source.endswith(".fmu"))):
+        where = "in this process" if in_process else "elsewhere"
+        raise ValueError(f"component {name!r} must run as an FMU to be run by {implementation}, {source!r} runs {where}")
     if source.startswith(("process:", "tcp://")):
         from .processes.remote import RemoteSlave
 
@@ -35,19 +41,26 @@ def open_slave(
     if isolate:
         from .processes.isolated import IsolatedSlave
 
-        return IsolatedSlave(name, location)
-    return open_fmu(name, location, cache)
+        return IsolatedSlave(name, location, implementation=implementation)
+    return open_fmu(name, location, cache, implementation)
 
 
-def open_fmu(name: str, location: str, cache: FmuCache | None = None) -> Slave:
+def open_fmu(name: str, location: str, cache: FmuCache | None = None, implementation: str = "") -> Slave:
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
     from .fmi.unpacked import FmuCache
 
-    opened = (cache or FmuCache()).take(location)
+    opened = (cache or FmuCache()).take(location, implementation)
+    fmu: FmuSlave
     if opened.model.version == "3":
         from .fmi.fmi3 import Fmi3Slave
 
-        return Fmi3Slave(name, opened)
-    from .fmi.fmi2 import Fmi2Slave
+        fmu = Fmi3Slave(name, opened)
+    else:
+        from .fmi.fmi2 import Fmi2Slave
 
-    return Fmi2Slave(name, opened)
+        fmu = Fmi2Slave(name, opened)
+    if not opened.model.exchanged:
+        return fmu
+    from .exchange.slave import ExchangeSlave
+
+    return ExchangeSlave(fmu)

@@ -56,7 +56,10 @@ def read(file: Path | str) -> System:
             if traced is not None:
                 connections.append(traced)
     bound = bound_values(top, arriving)
-    members = tuple(SystemComponent(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports) for p, leaf in leaves.items())
+    members = tuple(
+        SystemComponent(p, leaf.source, bound=bound.get(p, {}), ports=leaf.ports, implementation=_implementation(leaf))
+        for p, leaf in leaves.items()
+    )
     root, found = top.document.root, top.document
     start, stop = _span(found)
     step = macro_step(found)
@@ -70,6 +73,12 @@ def read(file: Path | str) -> System:
         )  # fmt: skip
     except WiringError as error:
         raise WiringError(f"{found.what}: {error}") from None
+
+
+def _implementation(leaf: Node) -> str:
+    """The interface that a component says it shall be run by; empty where it leaves that open."""
+    stated = leaf.element.get("implementation", "any")
+    return "" if stated == "any" else str(stated)
 
 
 def _wires(node: Node) -> dict[End, Wire]:

@@ -45,6 +45,8 @@ class SystemComponent:
         The same from parameter files, for those variables that the component has; `values` go first.
     ports : mapping of str to Port
         Connectors as the system file describes them.
+    implementation : str
+        The interface by which an FMU shall be run, "CoSimulation" or "ModelExchange"; empty: Co-Simulation where it offers that.
     """
 
     name: str
@@ -52,6 +54,11 @@ class SystemComponent:
     values: Mapping[str, Any] = field(default_factory=dict)
     bound: Mapping[str, Any] = field(default_factory=dict)
     ports: Mapping[str, Port] = field(default_factory=dict)
+    implementation: str = ""
+
+    def __post_init__(self) -> None:
+        if self.implementation not in ("", "CoSimulation", "ModelExchange"):
+            raise ValueError(f"implementation must be CoSimulation or ModelExchange, got {self.implementation!r}")
 
 
 @dataclass(frozen=True)

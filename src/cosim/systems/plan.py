@@ -142,7 +142,28 @@ class System:
             sized = f"{source}{ending}" in catalogue.components().get(package, ())
             return f"{package}:{source}{ending if sized else ''}"
 
-        components = tuple(replace(c, source=swapped(c), ports={}) if c.name in chosen else c for c in self.components)
+        components = tuple(
+            replace(c, source=swapped(c), ports={}, implementation="") if c.name in chosen else c for c in self.components
+        )
+        return replace(self, components=components)
+
+    def with_implementation(self, name: str, implementation: str) -> "System":
+        """The same system with the component(s) that `name` addresses run by another interface of FMI.
+
+        Parameters
+        ----------
+        name : str
+            As addressed() takes it.
+        implementation : str
+            "CoSimulation" or "ModelExchange".
+
+        Raises
+        ------
+        ValueError
+            Where `name` addresses no component. What the FMU offers is found when the system is opened.
+        """
+        chosen = self.addressed(name)
+        components = tuple(replace(c, implementation=implementation) if c.name in chosen else c for c in self.components)
         return replace(self, components=components)
 
     def with_value(self, target: str, value: Any) -> "System":

@@ -1,7 +1,7 @@
 """modelDescription.xml of FMI 2.0 and 3.0, reduced to what a co-simulation needs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import prod
 
 from lxml import etree
@@ -19,6 +19,7 @@ FMI3_TYPES = (
 MEMBER = "modelDescription.xml"
 LARGEST = 1_000_000  # elements of an array
 REAL = ("Real", "Float64", "Float32")
+CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"  # FMI's interfaces, as the elements are called
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,8 @@ class Row:
 class Description:
     """`version` "2" or "3"; `interfaces` name -> attributes; `dependencies` output -> names it depends on, None: unknown.
 
-    initial : the same of all that is computed in initialization mode.
+    initial : the same of all that is computed in initialization mode. interface : the one by which it runs here.
+    indicators : how many variables the FMU names as event indicators; arrays of FMI 3.0 count once.
     """
 
     file: str
@@ -77,19 +79,35 @@ class Description:
     initial: Mapping[str, tuple[str, ...] | None] = field(default_factory=dict)
     states: tuple[tuple[int, int], ...] = ()  # value references of each continuous state and of its derivative
     schema_faults: tuple[str, ...] = ()  # that do no harm
+    interface: str = CO_SIMULATION
+    indicators: int = 0
 
     def can(self, capability: str) -> bool:
-        """Whether the Co-Simulation interface has a boolean capability."""
-        return self.interfaces.get("CoSimulation", {}).get(capability, "false") in ("true", "1")
+        """Whether the interface by which it runs has a boolean capability."""
+        return self.interfaces.get(self.interface, {}).get(capability, "false") in ("true", "1")
+
+    @property
+    def exchanged(self) -> bool:
+        """Whether it is integrated here, by Model Exchange."""
+        return self.interface == MODEL_EXCHANGE
 
 
-def read(file: str) -> Description:
-    """The description of an FMU, `FILE` or `ARCHIVE#MEMBER`, that offers Co-Simulation; ValueError says what is wrong."""
+def read(file: str, implementation: str = "") -> Description:
+    """The description of an FMU that can run, `FILE` or `ARCHIVE#MEMBER`; ValueError says what is wrong.
+
+    It runs by Co-Simulation where it offers that, else by Model Exchange, or as `implementation` says.
+    """
     description = load(file)
-    if "CoSimulation" not in description.interfaces:
-        offers = " and ".join(description.interfaces) or "nothing"
-        raise ValueError(f"FMU {file!r} must offer Co-Simulation, offers {offers} only")
-    return description
+    wanted = (implementation,) if implementation else (CO_SIMULATION, MODEL_EXCHANGE)
+    if not set(wanted) & set(description.interfaces):
+        offers = " and ".join(map(_spelt, description.interfaces)) or "nothing"
+        raise ValueError(f"FMU {file!r} must offer {' or '.join(map(_spelt, wanted))}, offers {offers} only")
+    return replace(description, interface=next(name for name in wanted if name in description.interfaces))
+
+
+def _spelt(interface: str) -> str:
+    """An interface as the standard's text calls it."""
+    return {CO_SIMULATION: "Co-Simulation", MODEL_EXCHANGE: "Model Exchange"}.get(interface, "Scheduled Execution")
 
 
 def load(file: str) -> Description:
@@ -116,7 +134,7 @@ def parse(file: str, data: bytes) -> Description:
     for fault in broken:
         if not fault.harmless:
             raise ValueError(f"{where} must keep the schema of FMI {version}: {fault}")
-    kinds = ("CoSimulation", "ModelExchange", "ScheduledExecution")
+    kinds = (CO_SIMULATION, MODEL_EXCHANGE, "ScheduledExecution")
     try:
         units = _units(root)
         rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
@@ -127,10 +145,13 @@ def parse(file: str, data: bytes) -> Description:
         what = str(error) if isinstance(error, ValueError) else f"it refers to {error}, which is not there"
         raise ValueError(f"{where}: {what}") from None
     experiment = root.find("DefaultExperiment")
+    interfaces = {e.tag: dict(e.attrib) for e in root if e.tag in kinds}
     return Description(
         file, major, root.get("modelName", ""), root.get("instantiationToken" if major == "3" else "guid", ""), dict(root.attrib),
-        {e.tag: dict(e.attrib) for e in root if e.tag in kinds}, rows, dependencies, units,
-        {} if experiment is None else dict(experiment.attrib), initial, states, tuple(str(fault) for fault in broken),
+        interfaces, rows, dependencies, units, {} if experiment is None else dict(experiment.attrib), initial, states,
+        tuple(str(fault) for fault in broken),
+        MODEL_EXCHANGE if MODEL_EXCHANGE in interfaces and CO_SIMULATION not in interfaces else CO_SIMULATION,
+        int(root.get("numberOfEventIndicators", "0")) + len(root.findall("ModelStructure/EventIndicator")),
     )  # fmt: skip
 
 

@@ -52,6 +52,24 @@ def used(description: Description) -> bool:
     return description.can("hasEventMode") and not clocks
 
 
+def without_memory(description: Description) -> bool:
+    """Whether time and continuous states are all that an FMU for Model Exchange remembers, so that they restore it.
+
+    So it is where nothing of it is discrete, no event can happen, and it is not told of completed steps.
+    """
+    if not description.exchanged:
+        return False
+    discrete = any(row.variability == "discrete" and row.causality != "input" for row in description.rows)
+    return not (discrete or description.indicators or hears_of_steps(description))
+
+
+def hears_of_steps(description: Description) -> bool:
+    """Whether an FMU for Model Exchange wants to hear of each completed step of the integrator."""
+    if description.version == "2":
+        return not description.can("completedIntegratorStepNotNeeded")
+    return description.can("needsCompletedIntegratorStep")
+
+
 class EventMode:
     """The functions that lead into event mode, through it, and back to step mode; `check` raises for a bad status."""
 

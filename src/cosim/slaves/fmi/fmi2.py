@@ -44,7 +44,8 @@ class Fmi2Slave(FmuSlave):
         self._setup = function("fmi2SetupExperiment", POINTER, ctypes.c_int, double, double, ctypes.c_int, double)
         self._enter = function("fmi2EnterInitializationMode", POINTER)
         self._exit = function("fmi2ExitInitializationMode", POINTER)
-        self._do_step = function("fmi2DoStep", POINTER, double, double, ctypes.c_int)
+        if not self.model.exchanged:
+            self._do_step = function("fmi2DoStep", POINTER, double, double, ctypes.c_int)
         if self.description.input_degree and n:
             self._set_derivatives = function("fmi2SetRealInputDerivatives", POINTER, REFERENCES, SIZE, POINTER, POINTER)
         if self._differentiable:
@@ -67,8 +68,9 @@ class Fmi2Slave(FmuSlave):
 
     def _instantiate(self) -> Any:
         resources = (self._opened.folder / "resources").as_uri().encode()
+        kind = 1 - self.model.exchanged
         return self._instantiate_call(
-            self.name.encode(), 1, self.model.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
+            self.name.encode(), kind, self.model.token.encode(), resources, ctypes.byref(self._callbacks), 0, 1
         )
 
     def _enter_initialization(self, t: float, stop: float) -> None:
@@ -124,7 +126,7 @@ class Fmi2Slave(FmuSlave):
 
     def _make_raw(self) -> RawFmu | None:
         """See RawFmu; None where a signal is not real, or not smooth while derivatives would be set."""
-        if any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
+        if self.model.exchanged or any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
             return None
         degree = self.description.input_degree
         if degree and self._n_smooth != self._u.size:

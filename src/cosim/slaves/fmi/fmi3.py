@@ -41,13 +41,17 @@ class Fmi3Slave(FmuSlave):
         self._answers = IntermediateInputs(library, asked)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._log = _LOG(self._on_log)
-        self._instantiate_call = function(
-            "fmi3InstantiateCoSimulation", text, text, text, boolean, boolean, boolean, boolean, REFERENCES, SIZE, POINTER,
-            POINTER, POINTER, result=POINTER,
-        )  # fmt: skip
+        kinds = text, text, text, boolean, boolean
+        if self.model.exchanged:
+            self._instantiate_call = function("fmi3InstantiateModelExchange", *kinds, POINTER, POINTER, result=POINTER)
+        else:
+            self._instantiate_call = function(
+                "fmi3InstantiateCoSimulation", *kinds, boolean, boolean, REFERENCES, SIZE, POINTER, POINTER, POINTER,
+                result=POINTER,
+            )  # fmt: skip
+            self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
         self._enter = function("fmi3EnterInitializationMode", POINTER, boolean, double, double, boolean, double)
         self._exit = function("fmi3ExitInitializationMode", POINTER)
-        self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
         self._answer = bytearray(16)
         self._event, self._ended, self._early = (boolean.from_buffer(self._answer, k) for k in range(3))
         self._reached = double.from_buffer(self._answer, 8)
@@ -76,9 +80,12 @@ class Fmi3Slave(FmuSlave):
     def _instantiate(self) -> Any:
         resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
         with_events = self._event_mode is not None
+        begin = self.name.encode(), self.model.token.encode(), resources, False, True
+        if self.model.exchanged:
+            return self._instantiate_call(*begin, None, self._log)
         return self._instantiate_call(
-            self.name.encode(), self.model.token.encode(), resources, False, True, with_events, with_events,
-            self._answers.references, self._answers.count, None, self._log, self._answers.callback,
+            *begin, with_events, with_events, self._answers.references, self._answers.count, None, self._log,
+            self._answers.callback,
         )  # fmt: skip
 
     def _enter_initialization(self, t: float, stop: float) -> None:
@@ -226,7 +233,7 @@ class Fmi3Slave(FmuSlave):
     def _make_raw(self) -> RawFmu | None:
         """See RawFmu; None where a signal is no Float64 or an array, or where discrete inputs may need event mode."""
         groups = (*self._input_groups, *self._output_groups)
-        if any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
+        if self.model.exchanged or any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
             return None
         if self._event_mode is not None and self._discrete.size:
             return None

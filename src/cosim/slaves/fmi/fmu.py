@@ -93,6 +93,22 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
         """Write d(unknowns) / d(known), given by value references, into result, shape (n,); returns the status."""
 
+    # ---- what integrates it, where it is run by Model Exchange
+
+    @property
+    def instance(self) -> Any:
+        """The FMU's, from begin() on."""
+        return self._instance
+
+    @property
+    def library(self) -> Library:
+        """Its functions."""
+        return self._opened.library
+
+    def groups(self, rows: Sequence[Row]) -> list[Group]:
+        """Variables by the functions that move them, with their places among those given."""
+        return groups(rows, self.types, self.prefix, self._moves)
+
     # ---- signals
 
     def _describe(self) -> None:
@@ -100,9 +116,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
         self._rows = {row.name: row for row in d.rows}
         self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
         self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
-        self._input_groups, self._output_groups = (
-            groups(carried(d, kind), self.types, self.prefix, self._moves) for kind in ("input", "output")
-        )
+        self._input_groups, self._output_groups = (self.groups(carried(d, kind)) for kind in ("input", "output"))
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""

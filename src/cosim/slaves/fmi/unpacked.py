@@ -30,9 +30,9 @@ class OpenedFmu:
     logs : log of each slave that listens, by the number that it gives its FMU as environment.
     """
 
-    def __init__(self, location: str) -> None:
+    def __init__(self, location: str, implementation: str = "") -> None:
         self.location, self.users = location, 0
-        self.model: Description = read(location)
+        self.model: Description = read(location, implementation)
         self.logs: dict[int, Log] = {}
         self._scratch = ScratchFolder()
         self.folder = self._scratch.path
@@ -41,7 +41,7 @@ class OpenedFmu:
         try:
             with archive.opened(location) as members:
                 archive.unpack(members, self.folder, ("binaries/", "resources/", MEMBER))
-            identifier = self.model.interfaces["CoSimulation"]["modelIdentifier"]
+            identifier = self.model.interfaces[self.model.interface]["modelIdentifier"]
             self.library = Library(self.folder, self.model.version, identifier, f"FMU {location!r}")
         except BaseException:
             self._scratch.remove()
@@ -90,7 +90,7 @@ class FmuCache:
     """The FMUs that a network has opened; one for each file, but for those that refuse a second instance."""
 
     def __init__(self) -> None:
-        self._opened: dict[str, OpenedFmu] = {}
+        self._opened: dict[tuple[str, str], OpenedFmu] = {}
         self._locations: dict[str, str] = {}
 
     def location(self, source: str) -> str:
@@ -99,9 +99,9 @@ class FmuCache:
             self._locations[source] = source if source.endswith(".fmu") else str(catalogue.fmu(source))
         return self._locations[source]
 
-    def take(self, location: str) -> OpenedFmu:
-        """The FMU at `location`, for a slave that will release it."""
-        opened = self._opened.get(location)
+    def take(self, location: str, implementation: str = "") -> OpenedFmu:
+        """The FMU at `location`, run as `implementation` says, for a slave that will release it."""
+        opened = self._opened.get((location, implementation))
         if opened is None or opened.users == 0 or not opened.shareable:
-            opened = self._opened[location] = OpenedFmu(location)
+            opened = self._opened[location, implementation] = OpenedFmu(location, implementation)
         return opened.take()

@@ -74,7 +74,7 @@ class Program:
         """The answer to one request."""
         if kind == Kind.OPEN:
             given = document(payload)
-            self._slave = open_fmu(given["name"], given["location"])
+            self._slave = open_fmu(given["name"], given["location"], implementation=given["implementation"])
             self._slave.log.listen(self._heard)
             return json.dumps(introduction(self._slave)).encode()
         slave = self._slave

@@ -35,9 +35,12 @@ LARGEST = 1 << 28  # bytes of a saved state
 
 
 class IsolatedSlave(Serializable, Linearisable, Counting):
-    """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call."""
+    """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
-    def __init__(self, name: str, location: str, patience: float = PATIENCE) -> None:
+    implementation : see open_slave().
+    """
+
+    def __init__(self, name: str, location: str, patience: float = PATIENCE, *, implementation: str = "") -> None:
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience, self._log = name, patience, Log(name)
@@ -55,7 +58,8 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
         finally:
             theirs.close()
         try:
-            told = self._ask(Kind.OPEN, json.dumps({"name": name, "location": location}).encode())
+            asked = {"name": name, "location": location, "implementation": implementation}
+            told = self._ask(Kind.OPEN, json.dumps(asked).encode())
             try:
                 self.description = described(document(told))
             except ProtocolError as error:

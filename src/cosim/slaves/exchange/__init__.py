@@ -1,0 +1,1 @@
+"""FMUs for Model Exchange: slaves that bring equations and no solver; the solver is here."""

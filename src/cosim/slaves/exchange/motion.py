@@ -1,0 +1,249 @@
+"""How an FMU for Model Exchange moves: CVODE integrates x' = f(t, x, u), and where something happens there is an event.
+
+    time event      at the time that the FMU has announced, exactly
+    state event     where an event indicator changes its sign, located by CVODE; also where an input that jumps does that
+    step event      where the FMU asks for it after a step of the integrator
+    discrete input  where a step begins in which it differs from the one before
+
+There the FMU goes through event mode until its discrete states have settled, and the integrator begins anew. It does so, too,
+where a continuous input jumps, and after each save and restore, so that a repeated step repeats the bits.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NoReturn
+
+import numpy as np
+
+from ...errors import EndRequest, SlaveError
+from ..fmi.events import UPDATES, EventState, hears_of_steps
+from ..fmi.fmu import FmuSlave
+from .functions import Functions
+from .inputs import Inputs
+from .integrator import IntegrationError, Integrator
+
+MOST = 100_000  # steps of the integrator in one step of the slave
+STUCK = 1000  # events at one time after which an FMU counts as stuck
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the FMU beside its state, saved and restored with it.
+
+    note : events, the next one, the end, the discrete inputs. positive : which event indicators were above zero when they were
+    looked at last.
+    """
+
+    note: EventState
+    positive: tuple[bool, ...] = ()
+
+
+class Motion:
+    """From the end of initialization mode at t (s) on; `tolerance` is the relative one.
+
+    The absolute one is a hundredth of it times the nominal value of each state, as FMI recommends.
+
+    Attributes
+    ----------
+    known : Known
+        To be kept, and put back by back().
+    x : ndarray, shape (n_x,)
+        The continuous states at the time reached.
+    """
+
+    def __init__(self, fmu: FmuSlave, calls: Functions, inputs: Inputs, tolerance: float, t: float) -> None:
+        self._fmu, self._calls, self._inputs, self._tolerance = fmu, calls, inputs, tolerance
+        self._instance, self._hears = fmu.instance, hears_of_steps(fmu.model)
+        self._n_x, self._n_z = calls.sizes(self._instance, t)
+        self._rates, self._z, self._nominals = np.zeros(self._n_x), np.zeros(self._n_z), np.ones(self._n_x)
+        self._zero = np.zeros(self._n_x)
+        self._places = [array.ctypes.data for array in (self._rates, self._z, self._nominals)]
+        self._trouble = ""
+        self._integrator = Integrator(self._n_x, self._n_z, self._on_rates, self._on_roots)
+        self.x = self._integrator.x
+        self._x_place = self.x.ctypes.data
+        self.known = Known(EventState(discrete=inputs.told(t)))
+        self._last = np.full(inputs.smooth.size, np.nan)  # continuous inputs at the end of the last step
+        self.fresh = True
+        self._settle(t, 0.0, told=True)
+
+    def close(self) -> None:
+        """Free the integrator."""
+        self._integrator.close()
+
+    # ---- between steps
+
+    def offer(self, u: np.ndarray, t: float, h: float = 0.0) -> None:
+        """The inputs u at t (s), through event mode where a discrete one has changed."""
+        self._inputs.follow(np.array([u, 0.0 * u, 0.0 * u]), t)
+        if tuple(u[self._inputs.discrete].tolist()) != self.known.note.discrete:
+            self._event(u, t, h)
+        else:
+            self._put(t, h)
+
+    def back(self, known: Known, t: float) -> None:
+        """The FMU has gone back to t (s), where `known` was known."""
+        self.known, self.fresh = known, True
+        self._fmu.check(self._calls.get_states(self._instance, self._x_place, self._n_x), "the FMU's states", t, 0.0)
+        self._read_nominals(t, 0.0)
+
+    def put_back(self, t: float, x: np.ndarray) -> None:
+        """The FMU goes back to t (s) and the states x, all that it remembers."""
+        self.x[:] = x
+        self._inputs.varying = False
+        self._place(t, 0.0)
+
+    # ---- a step
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        """See Slave."""
+        if self.known.note.ends:
+            raise EndRequest(self._fmu.name, t)
+        if U.shape[1]:
+            self.offer(U[0], t, h)
+            self.fresh = self.fresh or not np.array_equal(self._inputs.at(t), self._last)
+            self._inputs.follow(U, t)
+            if self._n_z and self._signs(t, h) != self.known.positive:
+                self._event(U[0], t, h)
+        self._go(U, t, t + h)
+        self._last = self._inputs.at(t + h)
+
+    def _go(self, U: np.ndarray, t: float, end: float) -> None:
+        """From t to `end` (s), in as many parts as things happen in between."""
+        h, now, steps, stuck = end - t, t, 0, 0
+        close = 1e-9 * h + 4 * EPS * abs(end)
+        while end - now > close or self.known.note.due <= now + close:
+            due, before = self.known.note.due, now
+            happens = due <= now + close
+            if happens:
+                now = max(now, due)
+                self._place(now, h)
+            else:
+                now, happens = self._advance(now, due if due < end - close else end)
+                happens = self._arrive(now, h) or happens or due <= now
+                steps += 1
+            if happens:
+                s = now - t
+                self._event(U[0] + s * (U[1] + s / 2 * U[2]), now, h)
+            stuck = 0 if now > before + close else stuck + 1
+            if self.known.note.ends and end - now > close:
+                raise EndRequest(self._fmu.name, now)
+            if stuck > STUCK:
+                self._fails(f"the FMU must get on, stays at t = {now:.9g} s for {STUCK} events", t, h)
+            if steps > MOST:
+                self._fails(f"the integrator must reach the end in {MOST} steps, is at t = {now:.9g} s", t, h)
+        if now != end:
+            self._place(end, h)
+
+    def _advance(self, now: float, stop: float) -> tuple[float, bool]:
+        """One step of the integrator towards `stop` (s): the time reached, and whether an event indicator has its zero there."""
+        if not self._n_x + self._n_z:
+            return stop, False
+        try:
+            if self.fresh:
+                self._integrator.restart(now, self._tolerance, 0.01 * self._tolerance * self._nominals)
+                self.fresh = False
+            reached, root = self._integrator.advance(stop)
+        except IntegrationError as error:
+            self._fails(f"{error}{self._trouble and f': {self._trouble}'}", now, stop - now)
+        return (stop if abs(stop - reached) <= 4 * EPS * abs(stop) else reached), root
+
+    def _arrive(self, t: float, h: float) -> bool:
+        """The FMU is told of a completed step of the integrator at t (s); whether it wants an event there."""
+        self._place(t, h)
+        if not self._hears:
+            return False
+        event, ends = self._calls.completed(self._instance, not self._fmu.description.can_restore, t, h)
+        if ends:
+            self.known = replace(self.known, note=replace(self.known.note, ends=True))
+        return event
+
+    def _place(self, t: float, h: float) -> None:
+        """The FMU at t (s), with the states and inputs there."""
+        calls, instance, prefix = self._calls, self._instance, self._calls.prefix
+        self._fmu.check(calls.set_time(instance, t), f"{prefix}SetTime", t, h)
+        if self._inputs.varying:
+            self._put(t, h)
+        if self._n_x:
+            self._fmu.check(calls.set_states(instance, self._x_place, self._n_x), f"{prefix}SetContinuousStates", t, h)
+
+    def _put(self, t: float, h: float) -> None:
+        status, call = self._inputs.put(t)
+        self._fmu.check(status, call, t, h)
+
+    # ---- events
+
+    def _event(self, u: np.ndarray, t: float, h: float) -> None:
+        """Through event mode at t (s), where the inputs are u."""
+        self._calls.enter_event_mode(self._instance, t, h)
+        if u.size:
+            self._inputs.put_all(u, t, h)
+        note = self.known.note
+        discrete = tuple(u[self._inputs.discrete].tolist())
+        self.known = replace(self.known, note=replace(note, events=note.events + 1, discrete=discrete))
+        self._settle(t, h)
+
+    def _settle(self, t: float, h: float, *, told: bool = False) -> None:
+        """In event mode: update until nothing changes, then on in continuous-time mode. told : its nominal values are new."""
+        for _ in range(UPDATES):
+            update = self._calls.update(self._instance, t, h)
+            told = told or update.nominals
+            if update.ends or not update.more:
+                break
+        else:
+            self._fails(f"the discrete states must settle, they do not in {UPDATES} updates", t, h)
+        self._calls.enter_continuous_time_mode(self._instance, t, h)
+        if self._n_x:
+            status = self._calls.get_states(self._instance, self._x_place, self._n_x)
+            self._fmu.check(status, f"{self._calls.prefix}GetContinuousStates", t, h)
+        if told:
+            self._read_nominals(t, h)
+        note = self.known.note
+        self.known = Known(replace(note, due=update.due, ends=note.ends or update.ends), self._signs(t, h))
+        self.fresh = True
+
+    def _signs(self, t: float, h: float) -> tuple[bool, ...]:
+        """Which event indicators are above zero."""
+        if not self._n_z:
+            return ()
+        status = self._calls.indicators(self._instance, self._places[1], self._n_z)
+        self._fmu.check(status, f"{self._calls.prefix}GetEventIndicators", t, h)
+        return tuple((self._z > 0.0).tolist())
+
+    def _read_nominals(self, t: float, h: float) -> None:
+        if self._n_x:
+            status = self._calls.nominals(self._instance, self._places[2], self._n_x)
+            self._fmu.check(status, f"{self._calls.prefix}GetNominalsOfContinuousStates", t, h)
+            self._nominals[~(np.isfinite(self._nominals) & (self._nominals != 0.0))] = 1.0
+            np.abs(self._nominals, out=self._nominals)
+
+    # ---- what the integrator asks
+
+    def _on_rates(self, t: float, x: int, rates: int) -> int:
+        calls, instance, n = self._calls, self._instance, self._n_x
+        status = calls.set_time(instance, t)
+        if self._inputs.varying:
+            status = max(status, self._inputs.put(t)[0])
+        status = max(status, calls.set_states(instance, x, n), calls.rates(instance, rates, n))
+        return self._judged(status, calls.rates_name, t)
+
+    def _on_roots(self, t: float, x: int, z: int) -> int:
+        calls, instance = self._calls, self._instance
+        status = calls.set_time(instance, t)
+        if self._inputs.varying:
+            status = max(status, self._inputs.put(t)[0])
+        if self._n_x:
+            status = max(status, calls.set_states(instance, x, self._n_x))
+        status = max(status, calls.indicators(instance, z, self._n_z))
+        return self._judged(status, f"{calls.prefix}GetEventIndicators", t)
+
+    def _judged(self, status: int, call: str, t: float) -> int:
+        """For CVODE: 1 where a shorter step may help."""
+        if status < 2:
+            return 0
+        self._fmu.check(status if status > 2 else 0, call, t, 0.0)
+        self._trouble = f"{call} answered discard at t = {t:.9g} s"
+        return 1
+
+    def _fails(self, reason: str, t: float, h: float) -> NoReturn:
+        raise SlaveError(self._fmu.name, t, h, reason, self._fmu.log.said())

@@ -1,0 +1,137 @@
+"""An FMU for Model Exchange as a slave. How it moves stands in motion.py; here is what the master asks of every slave."""
+
+import struct
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..fmi.events import EventState, without_memory
+from ..fmi.fmu import FmuSlave
+from ..fmi.log import Log
+from ..signal import Value
+from .functions import Functions
+from .inputs import Inputs
+from .motion import Known, Motion
+
+TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
+
+
+class ExchangeSlave(Serializable, Linearisable, Counting):
+    """Runs an FMU that is open for Model Exchange, and releases it in close().
+
+    tolerance : relative, of the integration; None: what the FMU's DefaultExperiment says, else TOLERANCE.
+
+    An FMU that cannot save its state, but remembers nothing beyond time and continuous states, is saved by these.
+    """
+
+    def __init__(self, fmu: FmuSlave, tolerance: float | None = None) -> None:
+        self._fmu, self.name, self.model = fmu, fmu.name, fmu.model
+        able = fmu.description
+        self._by_states = not able.can_restore and without_memory(fmu.model)
+        self.description = replace(
+            able, input_degree=2, counts_events=True, can_restore=able.can_restore or self._by_states,
+            can_serialize=able.can_serialize or self._by_states,
+        )  # fmt: skip
+        stated = float(self.model.experiment.get("tolerance", TOLERANCE))
+        self.tolerance = tolerance or (stated if stated > 0.0 else TOLERANCE)
+        self._motion: Motion | None = None
+        self._t = 0.0
+        try:
+            self._calls, self._inputs = Functions(fmu.library, self.model, fmu.check), Inputs(fmu)
+        except BaseException:
+            fmu.close()
+            raise
+
+    @property
+    def log(self) -> Log:
+        """What the FMU says."""
+        return self._fmu.log
+
+    @property
+    def file(self) -> tuple[str, str]:
+        """Location and instantiation token of the FMU."""
+        return self._fmu.file
+
+    # ---- the run
+
+    def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
+        self._stand_still()
+        self._fmu.begin(values, t, stop)
+        self._t = t
+
+    def finish(self) -> None:
+        self._fmu.finish()
+        self._motion = Motion(self._fmu, self._calls, self._inputs, self.tolerance, self._t)
+
+    def output(self, u: np.ndarray, t: float) -> np.ndarray:
+        if self._motion is None:  # in initialization mode
+            return self._fmu.output(u, t)
+        if u.size:
+            self._motion.offer(u, t)
+        return self._fmu.output(u[:0], t)
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        self._moving.step(U, t, h)
+        self._t = t + h
+
+    @property
+    def _moving(self) -> Motion:
+        assert self._motion is not None  # by the order of calls
+        return self._motion
+
+    def state_space(self) -> StateSpace | None:
+        return self._fmu.state_space()
+
+    @property
+    def counts(self) -> Counts:
+        return replace(self._fmu.counts, events=0 if self._motion is None else self._motion.known.note.events)
+
+    def close(self) -> None:
+        self._stand_still()
+        self._fmu.close()
+
+    def _stand_still(self) -> None:
+        if self._motion is not None:
+            self._motion.close()
+            self._motion = None
+
+    # ---- states
+
+    def save(self) -> Any:
+        motion = self._moving
+        motion.fresh = True
+        held = (self._t, motion.x.copy()) if self._by_states else self._fmu.save()
+        return held, motion.known, self._t
+
+    def restore(self, snapshot: Any) -> None:
+        held, known, self._t = snapshot
+        if self._by_states:
+            self._moving.put_back(*held)
+        else:
+            self._fmu.restore(held)
+        self._moving.back(known, self._t)
+
+    def discard(self, snapshot: Any) -> None:
+        if not self._by_states:
+            self._fmu.discard(snapshot[0])
+
+    def serialize(self) -> bytes:
+        motion = self._moving
+        motion.fresh = True
+        held = motion.x.tobytes() if self._by_states else self._fmu.serialize()
+        return held + motion.known.note.packed() + bytes(motion.known.positive) + struct.pack("<d", self._t)
+
+    def deserialize(self, data: bytes) -> None:
+        motion = self._moving
+        (self._t,) = struct.unpack("<d", data[-8:])
+        n_z, data = len(motion.known.positive), data[:-8]
+        positive = tuple(bool(b) for b in data[len(data) - n_z :])
+        held, note = EventState.split(data[: len(data) - n_z], len(motion.known.note.discrete))
+        if self._by_states:
+            motion.put_back(self._t, np.frombuffer(held))
+        else:
+            self._fmu.deserialize(held)
+        motion.back(Known(note, positive), self._t)
