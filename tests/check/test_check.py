@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -10,8 +11,9 @@ from pathlib import Path
 import pytest
 from fmu_models import COMPONENTS
 
-from gyro_cosim.check import Fault, check_fmu
+from gyro_cosim.check import Finding, check_fmu
 from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
+from gyro_cosim.slaves.fmi.description import load
 
 
 @pytest.mark.parametrize("version", ["2", "3"])
@@ -24,7 +26,7 @@ from gyro_cosim.fmus.compiler import FLAGS, host, host_compiler
     ],
 )
 def test_our_own_fmus_have_no_fault(built: Callable, name: str, version: str) -> None:
-    assert check_fmu(built(name, version)[1]) == []
+    assert worse_than_notes(check_fmu(built(name, version)[1])) == []
 
 
 @pytest.fixture
@@ -68,10 +70,14 @@ def compiler() -> list[str]:
     return host_compiler() or [sys.executable, "-m", "ziglang", "cc", "-target", host().target]
 
 
-def rules(faults: list[Fault]) -> set[str]:
-    for fault in faults:
-        assert "\n" not in str(fault)
-    return {fault.rule for fault in faults}
+def rules(findings: list[Finding], severity: str = "fault") -> set[str]:
+    for finding in findings:
+        assert "\n" not in str(finding)
+    return {finding.rule for finding in findings if finding.severity == severity}
+
+
+def worse_than_notes(findings: list[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity != "note"]
 
 
 def replace(pattern: str, new: str) -> Callable[[str], str]:
@@ -82,7 +88,7 @@ DESCRIPTION = "modelDescription.xml"
 MUTANTS_OF_TEXT = {
     "wrong derivative index, FMI 2": ("2", r'derivative="1"', 'derivative="2"', "derivative"),
     "wrong derivative index, FMI 3": ("3", r'derivative="1"', 'derivative="2"', "derivative"),
-    "min above start": ("2", r'min="0.0" max="1000000.0"', 'min="50.0" max="1000000.0"', "start"),
+    "min above start": ("2", r'min="0.0" max="1000000.0"', 'min="50.0" max="1000000.0"', "start", "warning"),
     "min above max": ("3", r'min="0.0" max="1000000.0"', 'min="9.0" max="1.0"', "bounds"),
     "nominal 0": ("2", r'nominal="2.0"', 'nominal="0.0"', "nominal"),
     "start not that of the binary": ("2", r'start="0.3"', 'start="0.31"', "start"),
@@ -91,15 +97,15 @@ MUTANTS_OF_TEXT = {
     "no such causality": ("2", r'causality="input"', 'causality="inputs"', "validation"),
     "another guid": ("2", r'guid="\{', 'guid="{x', "instance"),
     "other model identifier": ("3", r'modelIdentifier="pendulum_plain"', 'modelIdentifier="pendulum"', "binary"),
-    "stop before start": ("2", r'startTime="0.0"', 'startTime="20.0"', "experiment"),
+    "stop before start": ("2", r'startTime="0.0"', 'startTime="20.0"', "experiment", "warning"),
     "not XML": ("2", r"<ModelVariables>", "<ModelVariables", "description"),
 }
 
 
 @pytest.mark.parametrize("case", MUTANTS_OF_TEXT)
 def test_faults_in_the_description_are_named(changed: Callable[..., Path], case: str) -> None:
-    version, pattern, new, rule = MUTANTS_OF_TEXT[case]
-    assert rule in rules(check_fmu(changed(version, {DESCRIPTION: replace(pattern, new)})))
+    version, pattern, new, rule, *severity = MUTANTS_OF_TEXT[case]
+    assert rule in rules(check_fmu(changed(version, {DESCRIPTION: replace(pattern, new)})), *severity)
 
 
 MUTANTS_OF_CODE = {  # (file, old, new, rule)
@@ -145,6 +151,12 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
         "case PARAMETER: m->s.p[v->index] = value[i], m->P_known = 0; if (value[i] == 1e6) abort(); break;",
         "bounds",
     ),
+    "crash after a wrong call": (
+        "fmi2.c",
+        "    CHECK(RUNNING);\n    Status status = get(",
+        "    if (vr[0] > 100000) *(volatile int *)0 = 1;\n    CHECK(RUNNING);\n    Status status = get(",
+        "misuse warning",
+    ),
     "exit": (
         "fmi2.c",
         "to_initialized(m);",
@@ -155,13 +167,13 @@ MUTANTS_OF_CODE = {  # (file, old, new, rule)
         "core.c",
         "case OUTPUT: value[i] = outputs(m)[v->index]; break;",
         "case OUTPUT: value[i] = outputs(m)[v->index] + (m->s.p[0] == 0 ? NAN : 0); break;",
-        "bounds",
+        "bounds warning",
     ),
     "derivative not that of the state": (
         "core.c",
         "value[i] = derivatives(m)[v->index]",
         "value[i] = 2 * derivatives(m)[v->index]",
-        "slope",
+        "slope warning",
     ),
 }
 
@@ -172,14 +184,15 @@ FAST = ("directional derivatives of the wrong sign", "restore forgets the state"
 @pytest.mark.parametrize("case", [c if c in FAST else pytest.param(c, marks=pytest.mark.slow) for c in MUTANTS_OF_CODE])
 def test_faults_of_the_binary_are_named_and_do_no_harm(changed: Callable[..., Path], case: str) -> None:
     """Wrong results, crashes and exits of the binary; the caller lives on to say so."""
-    *mutation, rule = MUTANTS_OF_CODE[case]
-    assert rule in rules(check_fmu(changed("3" if "adjoint" in case else "2", c=tuple(mutation))))
+    *mutation, expected = MUTANTS_OF_CODE[case]
+    rule, *severity = expected.split()
+    assert rule in rules(check_fmu(changed("3" if "adjoint" in case else "2", c=tuple(mutation))), *severity)
 
 
 def test_an_fmu_that_steps_on_a_grid_of_its_own_is_no_fault(changed: Callable[..., Path]) -> None:
     """Foreign FMUs often have a fixed internal step, and do not move over a shorter one."""
     coarse = ("fmi2.c", "    Status status = do_step(", "    if (h < 1e-4) return fmi2OK;\n    Status status = do_step(")
-    assert check_fmu(changed("2", c=coarse)) == []
+    assert worse_than_notes(check_fmu(changed("2", c=coarse))) == []
 
 
 def test_a_binary_that_hangs_is_stopped(changed: Callable[..., Path]) -> None:
@@ -210,6 +223,67 @@ def test_files_that_are_no_fmus_are_refused_in_one_line(built: Callable, tmp_pat
         check_fmu(text, timeout=0)
 
 
+def test_the_door_is_that_of_a_run(built: Callable, tmp_path: Path) -> None:
+    """What `run` refuses, `check` refuses for the same reason, at once: bombs, links, entities, members over one another."""
+    gain = built("gain")[1]
+
+    def with_member(name: str, data: bytes = b"", mode: int = 0o100644) -> Path:
+        file = tmp_path / f"{len(list(tmp_path.iterdir()))}.fmu"
+        with zipfile.ZipFile(gain) as source, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as target:
+            for member in source.namelist():
+                if member != name:
+                    target.writestr(member, source.read(member))
+            extra = zipfile.ZipInfo(name)
+            extra.create_system, extra.external_attr, extra.compress_type = 3, mode << 16, zipfile.ZIP_DEFLATED
+            target.writestr(extra, data)
+        return file
+
+    with zipfile.ZipFile(gain) as archive:
+        text = archive.read(DESCRIPTION).decode()
+    doctype = text.replace("<fmiModelDescription", '<!DOCTYPE a [<!ENTITY b "c">]><fmiModelDescription', 1).encode()
+    for file, rule, says in (
+        (with_member("resources/zeros", bytes(70 << 20)), "archive", "must not unpack to more than 200 times its size"),
+        (with_member("resources/link", b"/etc/passwd", 0o120777), "archive", "is a symbolic link"),
+        (with_member("resources/pipe", b"", 0o010644), "archive", "is a device or the like"),
+        (with_member("/".join("d" * 100)), "archive", "64 folders"),
+        (with_member(DESCRIPTION, doctype), "description", "must have no document type declaration"),
+    ):
+        (finding,) = check_fmu(file)
+        assert (finding.rule, finding.severity) == (rule, "fault")
+        assert says in finding.message
+        with pytest.raises(ValueError, match=re.escape(says)):
+            load(str(file))
+
+
+def test_many_members_are_looked_at_in_linear_time(built: Callable, tmp_path: Path) -> None:
+    """Each was counted among all: 20 000 members took minutes."""
+    file = tmp_path / "many.fmu"
+    with zipfile.ZipFile(file, "w") as target:
+        for k in range(20_000):
+            target.writestr(f"resources/{k}", b"")
+    began = time.perf_counter()
+    assert rules(check_fmu(file)) == {"archive"}
+    assert time.perf_counter() - began < 10.0
+
+
+def test_what_breaks_no_rule_is_no_fault(built: Callable, changed: Callable[..., Path]) -> None:
+    """A date with underscores is a warning, as in a run; another machine's binary alone is a note."""
+    path = changed("2", {DESCRIPTION: replace(r'generationDateAndTime="[^"]*"|(?=guid=)', 'generationDateAndTime="2026_11_25" ')})
+    findings = check_fmu(path)
+    assert rules(findings) == set()
+    assert rules(findings, "warning") == {"validation"}
+
+
+def test_no_binary_for_this_machine_is_a_note(built: Callable, tmp_path: Path) -> None:
+    other = tmp_path / "other.fmu"
+    with zipfile.ZipFile(built("gain")[1]) as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            if not name.startswith("binaries/"):
+                target.writestr(name, source.read(name))
+    (finding,) = check_fmu(other)
+    assert (finding.rule, finding.severity) == ("binary", "note")
+
+
 def test_a_library_of_another_machine_is_named(changed: Callable[..., Path], tmp_path: Path) -> None:
     path = changed("2", {DESCRIPTION: lambda text: text + " "})
     other = tmp_path / "other.fmu"
@@ -219,4 +293,6 @@ def test_a_library_of_another_machine_is_named(changed: Callable[..., Path], tmp
             if name.startswith("binaries/"):
                 data = data[:18] + (183).to_bytes(2, "little") + data[20:]
             target.writestr(name, data)
-    assert {"binary", "instance"} <= rules(check_fmu(other))
+    findings = check_fmu(other)
+    assert rules(findings) == {"binary"}
+    assert rules(findings, "warning") == {"instance"}  # the loader's own reason

@@ -1,11 +1,13 @@
 """Options mean the same in every command; those without effect are refused; 0 is a value."""
 
 import json
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import small_fmus
 
 from gyro_cosim import system
 from gyro_cosim.cli.settings import read_settings, split_variants
@@ -165,3 +167,25 @@ def test_plot_takes_patterns_of_names(cosim: Callable[..., Any]) -> None:
     code, _, err = cosim("plot", "a.csv", "vehicle.yaw_angel")
     assert code == 2
     assert "unknown signal 'vehicle.yaw_angel'; did you mean 'vehicle.yaw_angle'?" in err
+
+
+def test_info_loads_no_library(tmp_path: Path, cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:
+    """It tells of an FMU, alone and in a system, whose library nobody can load; a run says why."""
+    (tmp_path / "good").mkdir()
+    bad = tmp_path / "bad.fmu"
+    with zipfile.ZipFile(small_fmus.mixed(tmp_path / "good")) as source, zipfile.ZipFile(bad, "w") as target:
+        for name in source.namelist():
+            target.writestr(name, b"no library" if name.startswith("binaries/") else source.read(name))
+    plan = tmp_path / "plan.ssd"
+    plan.write_text(
+        '<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" '
+        'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" name="p" version="1.0"><ssd:System name="top">'
+        '<ssd:Elements><ssd:Component name="a" source="bad.fmu"/></ssd:Elements></ssd:System>'
+        '<ssd:DefaultExperiment stopTime="1"/></ssd:SystemStructureDescription>'
+    )
+    assert cosim_json("info", str(bad))["model"] == "mixed"
+    (found,) = cosim_json("info", str(plan))["components"]
+    assert found["outputs"]
+    code, _, err = cosim("run", str(plan), "--step", "0.1")
+    assert code == 2
+    assert "its binary cannot be loaded" in err

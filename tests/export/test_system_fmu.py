@@ -72,7 +72,7 @@ def test_a_value_of_a_component_is_a_parameter(packed: Callable[[str], tuple[Sys
 
 @pytest.mark.parametrize("name", ["wheel-pair", "wheel-pair.fmi3", "oscillators", "oscillators.fmi3"])
 def test_check_finds_no_fault(packed: Callable[[str], tuple[System, Path]], name: str) -> None:
-    assert check_fmu(packed(name)[1]) == []
+    assert [f for f in check_fmu(packed(name)[1]) if f.severity != "note"] == []
 
 
 @pytest.mark.parametrize("name", ["wheel-pair", "wheel-pair.fmi3"])

@@ -167,7 +167,7 @@ def test_five_platforms_from_this_machine(tmp_path: Path) -> None:
     again = fmus.export(plain(), tmp_path / "b", fmi=("2", "3"), platforms=("all",))
     assert [digest(p) for p in paths] == [digest(p) for p in again]
     for path in paths:
-        assert check_fmu(path) == []
+        assert [f for f in check_fmu(path) if f.severity != "note"] == []
     folders = {n.split("/")[1] for n in zipfile.ZipFile(paths[1]).namelist() if n.startswith("binaries/")}
     assert folders == set(PLATFORMS)
     assert host().name in folders

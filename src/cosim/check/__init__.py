@@ -1,41 +1,24 @@
 """Whether an FMU, anyone's, keeps the standard: what validators find, and what they miss.
 
-    for fault in check("gyro_unit.linear.fmu"):
-        print(fault)
+    for finding in check_fmu("gyro_unit.linear.fmu"):
+        print(finding)
 
 The file and its description are read here; the binary is loaded and called in a child process, so that a foreign one that
-crashes, hangs or ends the process is a fault like any other. FMI 2.0 and 3.0, Co-Simulation and Model Exchange.
+crashes, hangs or ends the process is a finding like any other. FMI 2.0 and 3.0: Co-Simulation, Model Exchange and, as far as a
+model can be started by itself, Scheduled Execution; of FMI 1.0 the files.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Fault", "check_fmu"]
+from .findings import Finding, Severity
+
+__all__ = ["Finding", "Severity", "check_fmu"]
 
 TIMEOUT = 60.0  # s that one probe of the binary may take
 
 
-@dataclass(frozen=True)
-class Fault:
-    """One thing that is wrong.
-
-    Parameters
-    ----------
-    rule
-        Which check says so.
-    message
-        Names the thing, what must hold and what is, in one line.
-    """
-
-    rule: str
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.rule}: {self.message}"
-
-
-def check_fmu(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
-    """The faults of an FMU.
+def check_fmu(path: str | Path, *, timeout: float = TIMEOUT) -> list[Finding]:
+    """What is wrong with an FMU, and what is worth knowing.
 
     Parameters
     ----------
@@ -46,8 +29,8 @@ def check_fmu(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
 
     Returns
     -------
-    faults
-        Empty where there are none; anything that is wrong with the file itself is a fault.
+    findings
+        The worst first. Anything that is wrong with the file itself is a finding, too.
 
     Raises
     ------
@@ -61,13 +44,13 @@ def check_fmu(path: str | Path, *, timeout: float = TIMEOUT) -> list[Fault]:
         raise ValueError(f"timeout must be positive, got {timeout!r}")
 
     from . import archive, child, description
+    from .findings import in_order
 
-    findings = archive.faults(path)
-    if not any(rule == "archive" for rule, _ in findings):
+    found = archive.examined(path)
+    if not any(f.rule == "archive" for f in found):
         model, problems = description.read(path)
-        findings += problems
+        found += problems
         if model is not None:
-            findings += description.faults(model) + archive.binary_faults(path, model)
-            findings += child.faults(path, model, timeout)
-    lines = [Fault(rule, " ".join(message.split())) for rule, message in findings]
-    return list(dict.fromkeys(lines))
+            found += description.examined(model) + archive.binaries(path, model)
+            found += child.examined(path, model, timeout)
+    return in_order(found)

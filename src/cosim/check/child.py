@@ -4,45 +4,56 @@ import json
 import signal
 import subprocess
 import time
-import zipfile
 from pathlib import Path
 from typing import Any
 
 from ..slaves.processes import child
 from ..slaves.scratch import ScratchFolder
-from .archive import Findings
+from ..systems import archive as door
+from .archive import INTERFACES
+from .findings import SEVERITIES, Finding, Findings
 
-PROBES = ("instance", "start", "derivatives", "dependencies", "sensitivities", "slope", "states", "instances", "reset", "bounds")
+FIRST = "instance"  # the probe without which no other makes sense
+PROBES = (
+    FIRST, "start", "types", "events", "clocks", "scheduled", "derivatives", "dependencies", "sensitivities", "slope", "states",
+    "instances", "reset", "bounds", "misuse",
+)  # fmt: skip
+WRONG_USE = "misuse"  # what an FMU does there is no fault: the standard forbids the calls, not the answers
 
 
-def faults(path: Path, model: Any, timeout: float) -> Findings:
-    """What the probes find; a probe in which the child dies or hangs is a fault, and the others still run."""
+def examined(path: Path, model: Any, timeout: float) -> Findings:
+    """What the probes find; a probe in which the child dies or hangs is told, and the others still run."""
     import fmpy
 
-    identifier = (model.coSimulation or model.modelExchange).modelIdentifier
+    if model.fmiVersion.startswith("1"):
+        return [Finding("binary", "FMI 1.0: only the files were checked, the binary was not run", "note")]
+    identifier = next(i.modelIdentifier for i in (getattr(model, n) for n in INTERFACES) if i is not None)
     folder = fmpy.platform if model.fmiVersion.startswith("2") else fmpy.platform_tuple
     library = f"binaries/{folder}/{identifier}{fmpy.sharedLibraryExtension}"
-    with zipfile.ZipFile(path) as archive:
+    with door.opened(str(path)) as archive:
         if library not in archive.namelist():
-            return [("binary", f"{library!r} is not there: the FMU cannot be run on this machine, only its files were checked")]
+            text = f"{library!r} is not there: the FMU cannot be run on this machine, only its files were checked"
+            return [Finding("binary", text, "note")]
         with ScratchFolder() as scratch:
             unpacked = scratch / "fmu"
-            archive.extractall(unpacked)
-            findings: Findings = []
+            door.unpack(archive, unpacked, [""])
+            found: Findings = []
             waiting = list(PROBES)
             while waiting:
                 ran, more, ending = _run(unpacked, waiting, timeout, scratch)
-                findings += more
+                found += more
                 if ending:
-                    findings.append((ran[-1] if ran else "instance", ending))
-                if not ran or (ending and ran[-1] == "instance"):
+                    probe = ran[-1] if ran else FIRST
+                    text = f"after a wrong call {ending}" if probe == WRONG_USE else ending
+                    found.append(Finding(probe, text, "warning" if probe == WRONG_USE else "fault"))
+                if not ran or (ending and ran[-1] == FIRST):
                     break  # it cannot even be instantiated
                 waiting = waiting[len(ran) :] if ending else []
-    return findings
+    return found
 
 
 def _wait(run: "subprocess.Popen[bytes]", report: Path, timeout: float) -> str:
-    """Wait for the child as long as a new probe begins or a fault is told at least every `timeout` (s); how it failed to."""
+    """Wait for the child as long as a new probe begins or a finding is told at least every `timeout` (s); how it failed to."""
     seen, since = 0, time.monotonic()
     while True:
         try:
@@ -76,7 +87,7 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
         tail = (scratch / "said").read_bytes()[-2000:].decode(errors="replace").strip().splitlines()
         ending = f"the process that runs the binary ends with code {run.returncode}" + (f": {tail[-1]}" if tail else "")
     begun: list[str] = []
-    findings: Findings = []
+    found: Findings = []
     finished = False
     for line in report.read_bytes().decode(errors="replace").splitlines():
         try:
@@ -85,10 +96,10 @@ def _run(folder: Path, probes: list[str], timeout: float, scratch: Path) -> tupl
             continue  # a line cut off by a crash
         if kind == "begin":
             begun.append(rest[0])
-        elif kind == "fault":
-            findings.append((str(rest[0]), str(rest[1])))
+        elif kind == "found" and len(rest) == 3 and rest[2] in SEVERITIES:
+            found.append(Finding(str(rest[0]), str(rest[1]), rest[2]))
         elif kind == "end":
             finished = True
     if not finished and not ending:
         ending = "the binary ends the process"
-    return begun, findings, "" if finished else ending
+    return begun, found, "" if finished else ending

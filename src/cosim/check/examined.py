@@ -1,6 +1,6 @@
 """The FMU under check as probes need it: its description, its capabilities, and fresh instances."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -11,8 +11,9 @@ import numpy as np
 from .description import attribute, number
 from .instance import Instance, real_scalars
 
-Say = Callable[[str], None]
 STEPS = 10
+TAG = {"cs": "CoSimulation", "me": "ModelExchange", "se": "ScheduledExecution"}
+LONG = 10  # fixed internal steps in a macro step, where the default experiment says no step
 
 
 class Examined:
@@ -22,9 +23,9 @@ class Examined:
         import fmpy
 
         self.model, self.folder = fmpy.read_model_description(str(folder), validate=False), folder
-        self.kind = "cs" if self.model.coSimulation is not None else "me"
+        self.kind = "cs" if self.model.coSimulation is not None else "me" if self.model.modelExchange is not None else "se"
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-        self._attributes = dict(root.find("CoSimulation" if self.kind == "cs" else "ModelExchange").attrib)  # type: ignore[union-attr]
+        self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
         real = real_scalars(self.model)
         self.inputs = [v.name for v in real if v.causality == "input" and v.variability == "continuous"]
         self.outputs = [v.name for v in real if v.causality == "output"]
@@ -32,20 +33,25 @@ class Examined:
             v for v in real if v.variability != "constant" and (v.initial in ("exact", "approx") or v.causality == "input")
         ]
         self.names = {v.name for v in real}
+        self.calculated = {v.name for v in real if v.initial == "calculated"}
+        self.constants = [v.name for v in real if v.variability == "constant"]
+        self.fixed = [v.name for v in real if v.causality == "parameter" and v.variability == "fixed"]
         self.nominal = {v.name: abs(attribute(v, "nominal") or 1.0) for v in real}
         self.start = {v.name: number(v.start) or 0.0 for v in real}
         experiment = self.model.defaultExperiment
         step = number(experiment.stepSize) if experiment is not None else None
         span = [number(getattr(experiment, n)) for n in ("startTime", "stopTime")] if experiment is not None else [None, None]
-        self.h = step or ((span[1] - (span[0] or 0.0)) / 1000 if span[1] else None) or 1e-3
+        internal = number(self._attributes.get("fixedInternalStepSize"))
+        usual = ((span[1] - (span[0] or 0.0)) / 1000 if span[1] else None) or 1e-3
+        self.h = step or (usual if not internal else max(internal, min(usual, LONG * internal)))
 
     def can(self, *names: str) -> bool:
         """Whether the interface states one of the capabilities `names`; FMPy does not read all of them."""
         return any(self._attributes.get(name) in ("true", "1") for name in names)
 
-    def instance(self, kind: str | None = None, name: str = "instance") -> Any:
+    def instance(self, kind: str | None = None, name: str = "instance", *, events: bool = False) -> Any:
         """A context that frees the instance."""
-        return closing(Instance(self.model, self.folder, kind or self.kind, name))
+        return closing(Instance(self.model, self.folder, kind or self.kind, name, events=events))
 
     def run(self, it: Instance, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
         """Macro steps with random held inputs; yields the outputs after each."""

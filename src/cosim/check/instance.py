@@ -1,6 +1,7 @@
 """An instance of the FMU under check, with one interface for FMI 2.0 and 3.0, Co-Simulation and Model Exchange."""
 
 import ctypes
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,26 +11,42 @@ import numpy as np
 from ..slaves.fmi.description import REAL
 from .description import number
 
+FMI3_TYPES = {"Boolean": "Boolean", "String": "String", "Binary": "Binary", "Clock": "Clock", "Enumeration": "Int64"}
+
 
 class Refused(Exception):
     """A call that the FMU did not answer with OK or Warning."""
 
 
+class Unloadable(Exception):
+    """A library that this machine cannot load, with the loader's own reason."""
+
+
 class Instance:
-    """A fresh instance; real scalar variables only. `kind` is "cs" or "me"."""
+    """A fresh instance. `kind` is "cs", "me" or "se"; `events`: event mode is used (FMI 3.0)."""
 
-    def __init__(self, model: Any, folder: Path, kind: str, name: str = "instance") -> None:
+    def __init__(self, model: Any, folder: Path, kind: str, name: str = "instance", *, events: bool = False) -> None:
         from fmpy.fmi2 import FMU2Model, FMU2Slave
-        from fmpy.fmi3 import FMU3Model, FMU3Slave
+        from fmpy.fmi3 import FMU3Model, FMU3ScheduledExecution, FMU3Slave
 
+        self.goes_back = False  # whether a saved state may be restored, which every step then says
         self.model, self.kind, self.version = model, kind, model.fmiVersion[0]
-        self.interface = model.coSimulation if kind == "cs" else model.modelExchange
-        classes = {"2cs": FMU2Slave, "2me": FMU2Model, "3cs": FMU3Slave, "3me": FMU3Model}
-        self._fmu = classes[self.version + kind](
-            guid=model.guid, modelIdentifier=self.interface.modelIdentifier, unzipDirectory=str(folder), instanceName=name
-        )
+        self.interface = {"cs": model.coSimulation, "me": model.modelExchange, "se": model.scheduledExecution}[kind]
+        classes = {
+            "2cs": FMU2Slave, "2me": FMU2Model, "3cs": FMU3Slave, "3me": FMU3Model, "3se": FMU3ScheduledExecution,
+        }  # fmt: skip
+        try:
+            self.fmu = classes[self.version + kind](
+                guid=model.guid, modelIdentifier=self.interface.modelIdentifier, unzipDirectory=str(folder), instanceName=name
+            )
+        except AttributeError as error:
+            raise Refused(f"the library must have every function of FMI: {error}") from None
+        except Exception as error:  # FMPy wraps the loader's own
+            raise Unloadable(re.sub(r"^Failed to load shared library .*?\. (?=\S)", "", str(error))) from None
+        self.reals = real_scalars(model)
         self.reference = {v.name: v.valueReference for v in model.modelVariables}
-        self._call("Instantiate", lambda: self._fmu.instantiate(**self._silent()))
+        more = {"eventModeUsed": True} if events else {}
+        self.call("Instantiate", lambda: self.fmu.instantiate(**self._silent(), **more))
 
     def _silent(self) -> dict[str, Any]:
         """Callbacks that say nothing."""
@@ -41,7 +58,8 @@ class Instance:
         callbacks.logger = fmi2CallbackLoggerTYPE(lambda *_: None)
         return {"callbacks": callbacks}
 
-    def _call(self, name: str, call: Any) -> Any:
+    def call(self, name: str, call: Any) -> Any:
+        """The answer of an FMI function; Refused where its status is no good."""
         try:
             return call()
         except Exception as error:  # FMPy raises bare Exceptions
@@ -53,97 +71,116 @@ class Instance:
         experiment = self.model.defaultExperiment
         self.start = (number(experiment.startTime) if experiment is not None else None) or 0.0
         if self.version == "2":
-            self._call("fmi2SetupExperiment", lambda: self._fmu.setupExperiment(startTime=self.start))
-            self._call("fmi2EnterInitializationMode", self._fmu.enterInitializationMode)
+            self.call("fmi2SetupExperiment", lambda: self.fmu.setupExperiment(startTime=self.start))
+            self.call("fmi2EnterInitializationMode", self.fmu.enterInitializationMode)
         else:
-            self._call("fmi3EnterInitializationMode", lambda: self._fmu.enterInitializationMode(startTime=self.start))
+            self.call("fmi3EnterInitializationMode", lambda: self.fmu.enterInitializationMode(startTime=self.start))
         if not stay:
             self.finish()
         return self
 
     def finish(self) -> None:
         """Leave initialization mode; with Model Exchange go to continuous-time mode."""
-        self._call("ExitInitializationMode", self._fmu.exitInitializationMode)
+        self.call("ExitInitializationMode", self.fmu.exitInitializationMode)
         if self.kind == "me":
             for _ in range(100):
-                info = self._call("NewDiscreteStates", self._update)
+                info = self.call("NewDiscreteStates", self._update)
                 if not info:
                     break
-            self._call("EnterContinuousTimeMode", self._fmu.enterContinuousTimeMode)
+            self.call("EnterContinuousTimeMode", self.fmu.enterContinuousTimeMode)
 
     def _update(self) -> bool:
-        return bool((self._fmu.newDiscreteStates() if self.version == "2" else self._fmu.updateDiscreteStates())[0])
+        return bool((self.fmu.newDiscreteStates() if self.version == "2" else self.fmu.updateDiscreteStates())[0])
 
     def set(self, values: Mapping[str, float]) -> None:
-        setter = self._fmu.setReal if self.version == "2" else self._fmu.setFloat64
+        setter = self.fmu.setReal if self.version == "2" else self.fmu.setFloat64
         if values:
             refs = [self.reference[n] for n in values]
-            self._call("set", lambda: setter(refs, list(values.values())))
+            self.call("set", lambda: setter(refs, list(values.values())))
 
     def get(self, names: Sequence[str]) -> np.ndarray:
-        getter = self._fmu.getReal if self.version == "2" else self._fmu.getFloat64
+        getter = self.fmu.getReal if self.version == "2" else self.fmu.getFloat64
         refs = [self.reference[n] for n in names]
-        return np.array(self._call("get", lambda: getter(refs)) if refs else [], dtype=float)
+        return np.array(self.call("get", lambda: getter(refs)) if refs else [], dtype=float)
+
+    def values(self, variable: Any, given: Sequence[Any] | None = None) -> list[Any]:
+        """The elements of a variable of any type, which are set first where they are given."""
+        kind = variable.type
+        suffix = FMI3_TYPES.get(kind, kind) if self.version == "3" else {"Enumeration": "Integer"}.get(kind, kind)
+        references, size = [variable.valueReference], elements(variable)
+        if given is not None:
+            self.call(f"set {variable.name}", lambda: getattr(self.fmu, f"set{suffix}")(references, list(given)))
+        more = (size,) if self.version == "3" and kind != "Clock" else ()
+        return list(self.call(f"get {variable.name}", lambda: getattr(self.fmu, f"get{suffix}")(references, *more)))
 
     def step(self, t: float, h: float) -> None:
-        result = self._call("doStep", lambda: self._fmu.doStep(t, h))
+        result = self.call("doStep", lambda: self.fmu.doStep(t, h, not self.goes_back))
         if self.version == "3" and result is not None and result[2]:
             raise Refused("doStep returns early, which was not allowed")
 
     def directional(self, unknown: Sequence[str], known: Sequence[str], seed: Sequence[float]) -> np.ndarray:
         refs = [self.reference[n] for n in unknown], [self.reference[n] for n in known]
-        return np.array(self._call("directional", lambda: self._fmu.getDirectionalDerivative(*refs, list(seed))))
+        return np.array(self.call("directional", lambda: self.fmu.getDirectionalDerivative(*refs, list(seed))))
 
     def adjoint(self, unknown: Sequence[str], known: Sequence[str], seed: Sequence[float]) -> np.ndarray:
         refs = [self.reference[n] for n in unknown], [self.reference[n] for n in known]
-        return np.array(self._call("adjoint", lambda: self._fmu.getAdjointDerivative(*refs, list(seed), len(known))))
+        return np.array(self.call("adjoint", lambda: self.fmu.getAdjointDerivative(*refs, list(seed), len(known))))
 
     def save(self) -> Any:
-        return self._call("get state", self._fmu.getFMUstate if self.version == "2" else self._fmu.getFMUState)
+        return self.call("get state", self.fmu.getFMUstate if self.version == "2" else self.fmu.getFMUState)
 
     def restore(self, state: Any) -> None:
-        self._call("set state", lambda: (self._fmu.setFMUstate if self.version == "2" else self._fmu.setFMUState)(state))
+        self.call("set state", lambda: (self.fmu.setFMUstate if self.version == "2" else self.fmu.setFMUState)(state))
 
     def discard(self, state: Any) -> None:
-        self._call("free state", lambda: (self._fmu.freeFMUstate if self.version == "2" else self._fmu.freeFMUState)(state))
+        self.call("free state", lambda: (self.fmu.freeFMUstate if self.version == "2" else self.fmu.freeFMUState)(state))
 
     def serialized(self, state: Any) -> bytes:
-        serialize = self._fmu.serializeFMUstate if self.version == "2" else self._fmu.serializeFMUState
-        return bytes(self._call("serialize state", lambda: serialize(state)))
+        serialize = self.fmu.serializeFMUstate if self.version == "2" else self.fmu.serializeFMUState
+        return bytes(self.call("serialize state", lambda: serialize(state)))
 
     def deserialized(self, data: bytes) -> Any:
-        read = self._fmu.deSerializeFMUstate if self.version == "2" else self._fmu.deserializeFMUState
-        return self._call("deserialize state", lambda: read(data))
+        read = self.fmu.deSerializeFMUstate if self.version == "2" else self.fmu.deserializeFMUState
+        return self.call("deserialize state", lambda: read(data))
 
     def continuous_states(self, n: int) -> np.ndarray:
         x = np.zeros(n)
-        self._call("get states", lambda: self._fmu.getContinuousStates(_pointer(x), n))
+        self.call("get states", lambda: self.fmu.getContinuousStates(_pointer(x), n))
         return x
 
     def set_continuous_states(self, x: np.ndarray) -> None:
-        self._call("set states", lambda: self._fmu.setContinuousStates(_pointer(x), x.size))
+        self.call("set states", lambda: self.fmu.setContinuousStates(_pointer(x), x.size))
 
     def state_derivatives(self, n: int) -> np.ndarray:
         rates = np.zeros(n)
-        getter = self._fmu.getDerivatives if self.version == "2" else self._fmu.getContinuousStateDerivatives
-        self._call("get derivatives", lambda: getter(_pointer(rates), n))
+        getter = self.fmu.getDerivatives if self.version == "2" else self.fmu.getContinuousStateDerivatives
+        self.call("get derivatives", lambda: getter(_pointer(rates), n))
         return rates
 
     def reset(self) -> None:
-        self._call("reset", self._fmu.reset)
+        self.call("reset", self.fmu.reset)
 
     def close(self) -> None:
         """End and free the instance; the library stays loaded, for other instances may be alive."""
-        free = self._fmu.fmi2FreeInstance if self.version == "2" else self._fmu.fmi3FreeInstance
-        if self._fmu.component:
-            free(self._fmu.component)
-            self._fmu.component = None
+        free = self.fmu.fmi2FreeInstance if self.version == "2" else self.fmu.fmi3FreeInstance
+        if self.fmu.component:
+            free(self.fmu.component)
+            self.fmu.component = None
 
 
 def _pointer(array: np.ndarray) -> Any:
     return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
+def elements(variable: Any) -> int:
+    """How many elements a variable has as its dimensions start."""
+    size = 1
+    for dimension in variable.dimensions or ():
+        start = dimension.start if dimension.start is not None else dimension.variable.start
+        size *= int(start)
+    return size
+
+
 def real_scalars(model: Any) -> list[Any]:
-    """The variables that the probes can handle: real, and no array."""
+    """The variables that the probes of numbers can handle: real, and no array."""
     return [v for v in model.modelVariables if v.type in REAL and v.type != "Float32" and not v.dimensions]

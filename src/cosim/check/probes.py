@@ -6,33 +6,41 @@ from functools import partial
 from pathlib import Path
 
 from ..slaves.processes import child
-from . import behaviour, numerics
+from . import behaviour, event_mode, numerics, variables, wrong_calls
 from .examined import Examined
-from .instance import Refused
+from .findings import Severity
+from .instance import Refused, Unloadable
 
 PROBES = {
     probe.__name__: probe
     for probe in (
-        behaviour.instance, behaviour.start, numerics.derivatives, numerics.dependencies, numerics.sensitivities, numerics.slope,
-        behaviour.states, behaviour.instances, behaviour.reset, behaviour.bounds,
+        behaviour.instance, behaviour.start, variables.types, event_mode.events, event_mode.clocks, event_mode.scheduled,
+        numerics.derivatives, numerics.dependencies, numerics.sensitivities, numerics.slope,
+        behaviour.states, behaviour.instances, behaviour.reset, behaviour.bounds, wrong_calls.misuse,
     )
 }  # fmt: skip
 
 
 def main(folder: str, report: str, names: list[str]) -> None:
-    """Run the probes; one JSON line for each begin and each fault, written at once so that a crash leaves them."""
+    """Run the probes; one JSON line for each begin and each finding, written at once so that a crash leaves them."""
     with Path(report).open("a", encoding="utf-8", buffering=1) as out:
 
         def tell(*row: str) -> None:
             out.write(json.dumps(row) + "\n")
 
+        def found(rule: str, message: str, severity: Severity = "fault") -> None:
+            tell("found", rule, message, severity)
+
         fmu = Examined(Path(folder))
         for name in names:
             tell("begin", name)
             try:
-                PROBES[name](fmu, partial(tell, "fault", name))
+                PROBES[name](fmu, partial(found, name))
             except Refused as error:
-                tell("fault", name, str(error))
+                found(name, str(error), "warning" if name == wrong_calls.misuse.__name__ else "fault")
+            except Unloadable as error:
+                found(name, f"the binary cannot be loaded on this machine: {error}", "warning")
+                break
         tell("end")
 
 

@@ -13,12 +13,21 @@ def command(
     timeout: Annotated[float, typer.Option(metavar="SECONDS", help="how long one probe of the binary may take")] = 60.0,
     as_json: AsJson = False,
 ) -> int:
-    """Check FMUs: schema and validation, and what validators miss. Exit code 1 if there is a fault."""
+    """Check FMUs: schema and validation, and what validators miss. Exit code 1 if there is a fault.
+
+    A fault breaks the standard; a warning is likely to go wrong somewhere; a note is good to know.
+    """
     from ..check import check_fmu
 
     found = {str(file): check_fmu(file, timeout=timeout) for file in files}
-    words = [f"{file}: {fault}" for file, faults in found.items() for fault in faults]
-    words += [f"{file}: no fault found" for file, faults in found.items() if not faults]
-    document = {file: [{"rule": f.rule, "message": f.message} for f in faults] for file, faults in found.items()}
-    say(as_json, lambda: {"faults": document}, *words)
-    return 1 if any(found.values()) else 0
+    words = []
+    for file, findings in found.items():
+        words += [f"{file}: {finding}" for finding in findings]
+        if not any(finding.severity == "fault" for finding in findings):
+            words.append(f"{file}: no fault found")
+    document = {
+        file: [{"severity": f.severity, "rule": f.rule, "message": f.message} for f in findings]
+        for file, findings in found.items()
+    }
+    say(as_json, lambda: {"findings": document}, *words)
+    return 1 if any(f.severity == "fault" for findings in found.values() for f in findings) else 0

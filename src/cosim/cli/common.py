@@ -92,7 +92,7 @@ def say(as_json: bool, document: Callable[[], dict[str, Any]], *words: str | Tab
     else:
         out = Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 130)
         for word in words:
-            out.print(word)
+            out.print(word, soft_wrap=isinstance(word, str))  # a line stays one line
 
 
 def nulled(value: Any) -> Any:

@@ -117,7 +117,7 @@ def load(file: str) -> Description:
     with archive.opened(file) as members:
         if MEMBER not in members.namelist():
             raise ValueError(f"FMU {file!r} must hold {MEMBER}")
-        return parse(file, members.read(MEMBER))
+        return parse(file, archive.held(members, MEMBER, file))
 
 
 def parse(file: str, data: bytes) -> Description:
