@@ -33,7 +33,8 @@ def command(
         say(as_json, lambda: found, *_fmu_words(found))
     else:
         plan = named_system(name)
-        found = system_document(Network(plan, [described_slave(c.name, c.source) for c in plan.components]))
+        with Network(plan, [described_slave(c.name, c.source) for c in plan.components]) as network:
+            found = system_document(network)
         say(as_json, lambda: found, *_system_words(found))
     return 0
 

@@ -47,8 +47,13 @@ def described_slave(name: str, source: str) -> Slave:
     name : str
         What it is called.
     source : str
-        An FMU, of which modelDescription.xml is read and no binary is loaded, or a catalogue name, whose component is made.
+        An FMU, of which modelDescription.xml is read and no binary is loaded, a unit elsewhere, which is asked, or a catalogue
+        name, whose component is made.
     """
+    if source.startswith(("process:", "tcp://")):
+        from .processes.remote import RemoteSlave
+
+        return RemoteSlave(name, source)
     if source.endswith(".fmu"):
         from .fmi.description import read
         from .fmi.signals import described
