@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .master.recording import Recording
     from .ssp import system
     from .sweeps import Sweep, load, sweep
-    from .systems import Connection, Conversion, PowerBond, StopWhen, System, SystemComponent
+    from .systems import Connection, Conversion, Event, InputSeries, PowerBond, Scenario, StopWhen, System, SystemComponent
     from .trajectory import Trajectory, read_csv
 
     __version__: str
@@ -39,7 +39,9 @@ __all__ = [
     "ConvergenceError",
     "Conversion",
     "EndRequest",
+    "Event",
     "GaussSeidel",
+    "InputSeries",
     "Iterated",
     "Jacobi",
     "Nepce",
@@ -50,6 +52,7 @@ __all__ = [
     "Resume",
     "Run",
     "RunError",
+    "Scenario",
     "SlaveError",
     "StopWhen",
     "Sweep",
@@ -82,7 +85,17 @@ _WHERE = {
     "master.recording": ("Recording",),
     "ssp": ("system",),
     "sweeps": ("Sweep", "load", "sweep"),
-    "systems": ("Connection", "Conversion", "PowerBond", "StopWhen", "System", "SystemComponent"),
+    "systems": (
+        "Connection",
+        "Conversion",
+        "Event",
+        "InputSeries",
+        "PowerBond",
+        "Scenario",
+        "StopWhen",
+        "System",
+        "SystemComponent",
+    ),
     "trajectory": ("Trajectory", "read_csv"),
 }
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}

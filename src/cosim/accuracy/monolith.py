@@ -79,6 +79,7 @@ class Monolith:
         self.free = tuple(free)
         q = ca.SX.sym("q", len(self.free))
         q0 = np.full(len(self.free), np.nan)
+        system.refuse_driven("a monolith")
         components = with_equations(system)
         slaves = [ComponentSlave(part.name, c) for part, c in zip(system.components, components, strict=True)]
         network = Network(system, slaves)

@@ -97,7 +97,7 @@ class Algorithm(ABC):
 
 def step_all(network: Network, C: np.ndarray, t: float, h: float) -> Used:
     """Step every slave over h (s) under the polynomials C, shape (3, n_Y), of all outputs."""
-    return [network.step(i, network.inputs(i, C), t, h) for i in range(len(network.slaves))]
+    return [network.step(i, network.inputs(i, C, t, h), t, h) for i in range(len(network.slaves))]
 
 
 @dataclass(frozen=True, eq=False)

@@ -145,7 +145,7 @@ class GaussSeidel(Explicit):
         Y = C[0] + h * (C[1] + h * C[2] / 2)  # a guess, replaced slave by slave
         used: Used = [np.empty(0)] * len(network.slaves)
         for i in network.sequence(self.sequence):
-            U = used[i] = network.step(i, network.inputs(i, C), t, h)
+            U = used[i] = network.step(i, network.inputs(i, C, t, h), t, h)
             part = network.slices[i]
             Y[part] = network.slaves[i].output(U[0] + h * (U[1] + h * U[2] / 2), t + h)
             C[:, part] = history.through(h, Y, min(self.degree, len(history.Y)))[:, part]

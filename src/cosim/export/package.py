@@ -67,6 +67,7 @@ def pack_fmu(
     RuntimeError
         There is no compiler, or it refuses the code.
     """
+    system.refuse_driven("a system as one FMU")
     for version in fmi:
         if version not in VERSIONS:
             raise ValueError(f"FMI version must be one of {', '.join(VERSIONS)}, got {version!r}")

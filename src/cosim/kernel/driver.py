@@ -82,6 +82,7 @@ class FastLoop:
             self._plan.bond_inputs[row] = first[i] + place, 2 * first[i] + place, 2 * first[i] + len(wires[i]) + place
         self._raws: list[RawFmu] = []
         self._connected: list[slice] = []
+        self._open: list[np.ndarray] = []
         self._kept_alive: list[Any] = []  # what the table holds addresses of
         self._error: BaseException | None = None
         for i, slave in enumerate(network.slaves):
@@ -109,15 +110,33 @@ class FastLoop:
                 first[i], slave.description.input_degree, bool(feeds.any()), bool(feeds[:n_polled].any()), fmu.version,
                 told[i].ctypes.data, finish,
             )  # fmt: skip
-            others = np.setdiff1d(np.arange(n_u), places)
-            if others.size:
-                refs, values = fmu.u_refs[others], network.start_inputs(i)[others]
-                status = ctypes_calls.move_values(
-                    fmu.version, fmu.set_real, fmu.instance, refs.ctypes.data, others.size, values.ctypes.data
-                )
-                fmu.check(status, ctypes_calls.CALLS[fmu.version][1], float(t[0]), 0.0)
+            self._open.append(np.setdiff1d(np.arange(n_u), places))
+            self._give_open_inputs(i, float(t[0]))
         self._plan.pointers[:] = [b.ctypes.data for b in (self._data.u, self._data.du, self._data.Y, self._data.read)]
         self.compiled = None if kernel is None else kernel.loop(self._plan, self._data, bonds)
+
+    def refresh(self, t: float) -> None:
+        """Take over what has changed in the network by t (s), without the loop's knowledge: connections, open inputs."""
+        plan, network = self._plan, self._network
+        for i, of_slave in enumerate(self._connected):
+            wires = network.present_wires(i)
+            plan.scale[of_slave] = [wire[2] for wire in wires]
+            plan.offset[of_slave] = [wire[3] + 0.0 for wire in wires]
+            self._give_open_inputs(i, t)
+            told = self._raws[i].derivatives_told
+            if told is not None and self._raws[i].set_derivatives and plan.degree:
+                self._data.orders[i] = 2  # whoever has stepped in between may have told it some, and whoever steps next
+                told()
+
+    def _give_open_inputs(self, i: int, t: float) -> None:
+        """The inputs of slave i that nothing is connected to, as they are at t (s)."""
+        fmu, others = self._raws[i], self._open[i]
+        if others.size:
+            refs, values = fmu.u_refs[others], self._network.start_inputs(i, t)[others]
+            status = ctypes_calls.move_values(
+                fmu.version, fmu.set_real, fmu.instance, refs.ctypes.data, others.size, values.ctypes.data
+            )
+            fmu.check(status, ctypes_calls.CALLS[fmu.version][1], t, 0.0)
 
     @property
     def slaves(self) -> np.ndarray:
@@ -167,7 +186,7 @@ class FastLoop:
 
     def _finish_step(self, i: int, places: np.ndarray, t: float, h: float, begun: int) -> int:
         """What is left of a step of slave i, which is of FMI 3.0; called from within the march."""
-        fmu, u = self._raws[i], self._network.start_inputs(i)
+        fmu, u = self._raws[i], self._network.start_inputs(i, t)
         assert fmu.finish_step is not None
         assert fmu.told is not None
         assert fmu.due is not None

@@ -75,15 +75,19 @@ class Controller:
         self._size = np.zeros(len(network.coupled))
         self._power = 0.0
 
-    def advance(self, history: History, memory: Memory) -> tuple[list[Taken], int]:
-        """The next accepted step, as one or two steps that follow one another, and how many were taken back before it."""
+    def advance(self, history: History, memory: Memory, until: float = float("inf")) -> tuple[list[Taken], int]:
+        """The next accepted step, as one or two steps that follow one another, and how many were taken back before it.
+
+        until : where it ends at the latest, s.
+        """
         t, rejections, wasted = history.t[0], 0, 0
         estimate = self._doubled if self._how.estimate == "doubling" else self._weighed
         with save_all(self._network, "an adaptive macro step") as before:
             while True:
-                left = self._stop - t
+                stop = min(self._stop, until)
+                left = stop - t
                 h = left if self._next > left * (1 - 1e-9) else min(self._next, left / 2 if self._next > left / 2 else self._next)
-                end = self._stop if h == left else t + h
+                end = stop if h == left else t + h
                 steps, error = estimate(history, h, end, before, memory)
                 factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1 / (self._algorithm.order + 1))))
                 self._next = min(h * factor, self._how.largest)

@@ -16,7 +16,7 @@ from ..slaves import Serializable, serializable
 from .recording import Recorder
 from .state import RunState
 
-FORMAT = 3
+FORMAT = 4
 
 
 def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_names: tuple[str, ...]) -> str:
@@ -24,7 +24,11 @@ def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_na
     system = network.system
     parts = [(p.name, Path(p.source).name, sorted((k, str(v)) for k, v in p.values.items())) for p in system.components]
     wires = [(c.start, c.end) for c in system.connections]
-    told = json.dumps([FORMAT, system.name, parts, wires, repr(algorithm), network.start, step, network.substeps, recorder_names])
+    series = [(s.target, s.unit, hashlib.sha256(s.t.tobytes() + s.values.tobytes()).hexdigest()) for s in system.inputs]
+    driven = [series, repr(system.scenario.events) if system.scenario else ""]
+    told = json.dumps(
+        [FORMAT, system.name, parts, wires, repr(algorithm), network.start, step, network.substeps, recorder_names, driven]
+    )
     return hashlib.sha256(told.encode()).hexdigest()
 
 

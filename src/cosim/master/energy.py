@@ -103,6 +103,10 @@ class EnergyMeter:
         none = np.zeros(self.bonds.factor.size)
         return EnergySums(none, none, none, Y[None, self.bonds.signals])
 
+    def anew(self, sums: EnergySums, Y: np.ndarray) -> EnergySums:
+        """The same sums, to go on from the outputs Y, shape (n_Y,), to which they have jumped."""
+        return EnergySums(sums.residual, sums.peak, sums.exchanged, Y[None, self.bonds.signals])
+
     def add(self, sums: EnergySums, h: np.ndarray, Y: np.ndarray, used: np.ndarray) -> EnergySums:
         """The sums after n macro steps more.
 

@@ -12,6 +12,7 @@ from ..coupling import Algorithm
 from ..systems import System
 from ..trajectory import Trajectory
 from .energy import BondEnergy, untrustworthy
+from .script import Happened
 
 __all__ = ["Run", "Status", "Timing"]
 
@@ -67,6 +68,8 @@ class Run:
         How many each component that tells of them has had; FMUs of FMI 3.0 with event mode do, others do not.
     warnings : mapping of str to (int, str)
         Of each component that has given warnings, how many, and the text of the first.
+    happened : tuple of Happened
+        What a scenario has done.
     without_kernel : str
         Why the inner loop ran as Python runs it although it was worth compiling; empty where it did not.
     notes : tuple of str
@@ -89,6 +92,7 @@ class Run:
     warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     without_kernel: str = ""
     notes: tuple[str, ...] = ()
+    happened: tuple[Happened, ...] = ()
 
     def __repr__(self) -> str:
         return "\n".join(lines(self))
@@ -102,6 +106,8 @@ class Run:
         bond = untrustworthy(self.energy)
         if bond is None:
             return ""
+        if self.system.scenario is not None and self.system.scenario.has_faults:
+            return ""  # a fault makes energy, and is meant to
         return (
             f"the coupling itself made or lost {bond.share:.2g} of the energy on {bond.name}: do not trust this result before "
             "you have it with a smaller macro step or a higher input degree (a certificate tells the largest stable step)"

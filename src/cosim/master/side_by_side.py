@@ -110,7 +110,7 @@ class SideBySide:
 
     def _kind(self, network: Network, algorithm: Algorithm) -> Hashable:
         """What runs must have in common to march in step; None where they cannot."""
-        if not isinstance(algorithm, Jacobi | Nepce | GaussSeidel):
+        if not isinstance(algorithm, Jacobi | Nepce | GaussSeidel) or network.driving:
             return None
         order = tuple(network.sequence(algorithm.sequence)) if isinstance(algorithm, GaussSeidel) else None
         return tuple(part.source for part in network.system.components), order, tuple(network.order)

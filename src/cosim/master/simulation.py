@@ -232,5 +232,6 @@ class Running:
             events={name: c.events for name, c in counts.items() if c.events is not None},
             without_kernel=self.stepper.without_kernel,
             notes=network.notes,
+            happened=self.stepper.happened,
             warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
         )

@@ -27,6 +27,8 @@ class RunState:
         Passes over macro steps where the algorithm iterates; macro steps that were taken back.
     ended_by : str
         Why the run is over before its stop time; empty while it is not.
+    frozen : ndarray
+        Of every fault of a scenario, the value that an input keeps because of it; NaN where it keeps none.
     """
 
     done: int
@@ -36,6 +38,7 @@ class RunState:
     passes: int = 0
     rejections: int = 0
     ended_by: str = ""
+    frozen: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     def after(self, step: Step, t: float) -> "RunState":
         """The state after a macro step that ended at t (s)."""
@@ -48,7 +51,13 @@ class RunState:
         arrays = {f"memory_{name}": value for name, value in self.memory.items()}
         arrays |= {f"energy_{f.name}": np.asarray(getattr(self.energy, f.name)) for f in fields(self.energy)}
         counters = {name: np.array(getattr(self, name)) for name in ("done", "passes", "rejections")}
-        return {**arrays, **counters, "history_t": np.array(self.history.t), "history_Y": np.array(self.history.Y)}
+        return {
+            **arrays,
+            **counters,
+            "frozen": self.frozen,
+            "history_t": np.array(self.history.t),
+            "history_Y": np.array(self.history.Y),
+        }
 
     def from_arrays(self, data: Mapping[str, np.ndarray]) -> "RunState":
         """The state that arrays() gave; what does not change in a run (which signals are held) is taken from this one."""
@@ -60,6 +69,7 @@ class RunState:
             memory={name.removeprefix("memory_"): value for name, value in data.items() if name.startswith("memory_")},
             passes=int(data["passes"]),
             rejections=int(data["rejections"]),
+            frozen=data["frozen"],
         )
 
     def __eq__(self, other: object) -> bool:

@@ -21,6 +21,7 @@ from .checkpoint import Checkpoint, Resume, fingerprint
 from .energy import EnergyMeter
 from .progress import Progress
 from .recording import Recorder, Recording
+from .script import Happened, Script
 from .state import RunState
 from .time_grid import TimeGrid
 from .ways import MOST_POINTS, Adapting, Inner, Plain, Rows, Way
@@ -63,10 +64,15 @@ class Stepper:
     def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> None:
         self._network, self._algorithm, self._grid, self._options = network, algorithm, grid, options
         self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
+        self._script = Script(network, grid, adaptive=options.adaptive is not None) if network.driving else None
         Y = network.initialize(grid.start, grid.stop)
         self._recorder = Recorder(options.record, network, grid.n)
-        history = History((grid.start,), (Y.copy(),), network.held)
-        self.state = RunState(0, history, EnergyMeter(network).begin(Y))
+        self._meter = EnergyMeter(network)
+        self.state = RunState(0, History((grid.start,), (Y.copy(),), network.held), self._meter.begin(Y))
+        if self._script is not None:
+            self.state = self._script.at(replace(self.state, frozen=self._script.nothing_frozen))
+            Y = self.state.history.Y[0]
+            self.state = replace(self.state, energy=self._meter.begin(Y))
         self._fingerprint = ""
         if options.checkpoint is not None or options.resume is not None:
             self._fingerprint = fingerprint(network, algorithm, grid.step, self._recorder.names)
@@ -75,6 +81,8 @@ class Stepper:
             self._recorder.add(0, np.array([grid.start]), Y[None, :])
         else:
             self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder)
+            if self._script is not None:
+                self._script.adopt(self.state)
         self._fits = options.adaptive is None and driver.fits(network, algorithm)
         self._kernel: native.Kernel | None = None
         self.without_kernel = ""
@@ -84,12 +92,12 @@ class Stepper:
                 self._kernel = kernel
             else:
                 self.without_kernel = kernel
-        self._meter = EnergyMeter(network)
         self._rows = Rows(network)
         self._rows.begin(self.state.history)
         self._plain: Way = Plain(network, algorithm, grid, self._rows)
         if options.adaptive is not None:
-            self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows)
+            until = None if self._script is None else self._script.next_jump
+            self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows, until)
         self._inner: Inner | None = None
 
     def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
@@ -114,6 +122,8 @@ class Stepper:
         """The steps that `way` has done from the state lead to `state`; raises the failure that stopped them."""
         self.state = state
         self._watch()
+        if self._script is not None and failure is None and not self.over:
+            self._let_happen(self._script)
         if way is self._inner or self._rows.room < MOST_POINTS:
             self.hand_over()
         if failure is not None:
@@ -127,7 +137,11 @@ class Stepper:
     def way(self, *, paced: bool = False) -> Way:
         """What steps next: the inner loop once there are as many points as it looks back to, for steps of the full length."""
         done, options = self.state.done, self._options
-        if paced or not self._fits or not self._algorithm.looks_back <= done < self._grid.even:
+        known = len(self.state.history.Y) - 1
+        if paced or not self._fits or done >= self._grid.even or known < self._algorithm.looks_back:
+            return self._plain
+        at_rest = self._grid.n if self._script is None else self._script.steps_at_rest(done)
+        if not at_rest:
             return self._plain
         if self._inner is None:
             _log.info("inner loop from macro step %d on, %s", done + 1, "compiled" if self._kernel else "as Python runs it")
@@ -145,7 +159,25 @@ class Stepper:
             )
         if self._rows.count:  # it numbers the used inputs from the first step that it does
             self.hand_over()
+        if self._script is not None:
+            self._inner.at_most = at_rest
+            self._inner.loop.refresh(self.state.history.t[0])
         return self._inner
+
+    def _let_happen(self, script: Script) -> None:
+        """What takes effect at the newest point, which is recorded as it is afterwards; the energies see it as before."""
+        after = script.at(self.state)
+        if after is self.state:
+            return
+        rows = self._rows
+        self._sum_energy()
+        rows.Y[rows.newest] = after.history.Y[0]
+        energy = self.state.energy
+        if len(after.history.Y) == 1:
+            energy = self._meter.anew(energy, after.history.Y[0])
+        self.state = replace(after, energy=energy)
+        self._watch()
+        self.hand_over()
 
     def _watch(self) -> None:
         """End the run if a stop condition holds at the newest point."""
@@ -161,10 +193,20 @@ class Stepper:
         if count:
             new = slice(rows.first + 1, rows.newest + 1)
             self._recorder.add(self.state.done - count + 1, rows.t[new], rows.Y[new])
-            if not rows.metered:
-                energy = self._meter.add(self.state.energy, rows.h[new], rows.Y[new], rows.used[:count])
-                self.state = replace(self.state, energy=energy)
+            self._sum_energy()
         rows.begin(self.state.history)
+
+    def _sum_energy(self) -> None:
+        """Let the meter see the new points, unless it has."""
+        rows, new = self._rows, slice(self._rows.first + 1, self._rows.newest + 1)
+        if rows.count and not rows.metered:
+            energy = self._meter.add(self.state.energy, rows.h[new], rows.Y[new], rows.used[: rows.count])
+            self.state, rows.metered = replace(self.state, energy=energy), True
+
+    @property
+    def happened(self) -> tuple[Happened, ...]:
+        """What a scenario has done so far."""
+        return () if self._script is None else self._script.happened(self.state)
 
     def finish(self, *, cut_off: bool) -> tuple["RunState", "EnergyMeter", "Recorder"]:
         """Hand over what is left: the state, and what the run's energy and results are made of.

@@ -3,6 +3,7 @@
 """
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Protocol
 
@@ -101,6 +102,7 @@ class Inner:
     """As many macro steps as there is room for, by the inner loop. most : bound on how many.
 
     loop : the inner loop, which several runs may march in step with one another between prepare() and concluded().
+    at_most : how many steps may come next, since something changes then.
     """
 
     def __init__(
@@ -111,7 +113,7 @@ class Inner:
             network, algorithm, rows.Y, rows.t, rows.h, rows.whole, rows.used, recorder.columns, meter.bonds, kernel
         )
         self._network, self._grid, self._rows, self._meter, self._most = network, grid, rows, meter, most
-        self._chunk = FIRST_CHUNK
+        self._chunk, self.at_most = FIRST_CHUNK, grid.n
         asked, polled = self.loop.asked, self.loop.polled
         self._every = recorder.every if asked.size > polled.size else 1
         self._passed_over, self._unasked = np.setdiff1d(asked, polled), np.setdiff1d(np.arange(len(network.names)), asked)
@@ -133,7 +135,7 @@ class Inner:
 
     def ahead(self, state: RunState) -> int:
         """How many macro steps may come next."""
-        return min(self._rows.room, self._chunk, self._grid.even - state.done, self._most)
+        return min(self._rows.room, self._chunk, self._grid.even - state.done, self._most, self.at_most)
 
     def prepare(self, state: RunState, ahead: int) -> tuple[Sums, float]:
         """Make the rows of so many steps ready. Sums to be added to, and the length (s) of the step before."""
@@ -183,14 +185,15 @@ class Inner:
 
 
 class Adapting:
-    """One macro step as long as its error estimate allows."""
+    """One macro step as long as its error estimate allows. until : of a time (s), where the step ends at the latest."""
 
-    def __init__(self, controller: Controller, rows: Rows) -> None:
-        self._controller, self._rows = controller, rows
+    def __init__(self, controller: Controller, rows: Rows, until: Callable[[float], float] | None = None) -> None:
+        self._controller, self._rows, self._until = controller, rows, until
 
     def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
         """See Way."""
-        steps, rejections = self._controller.advance(state.history, state.memory)
+        until = float("inf") if self._until is None else self._until(state.history.t[0])
+        steps, rejections = self._controller.advance(state.history, state.memory, until)
         for h, t, step in steps:
             self._rows.add(h, t, step.Y, step.used)
             state = state.after(step, t)

@@ -2,12 +2,16 @@
 
 network         the slaves of a system, opened and wired
 wiring          connections, conversions, start values
+projection      inputs of too high a degree
+driving         what open inputs follow: time series
+scripted        what a scenario changes: parameters, open inputs, connections
 bonds           pairs of connections whose product is a power
 evaluation      how outputs are made consistent at a communication point
 loops           algebraic loops: where they are, and their solution
 linearised      slaves replaced by their exact linearisation
 """
 
-from .network import Network, projected
+from .network import Network
+from .projection import projected
 
 __all__ = ["Network", "projected"]

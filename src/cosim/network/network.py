@@ -12,22 +12,10 @@ from ..errors import WiringError, unknown
 from ..slaves import Counts, Slave, counts
 from ..systems import Connection, System
 from .bonds import power_bonds
+from .driving import what_drives
 from .evaluation import Evaluation
+from .projection import projected
 from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer, unused_values
-
-
-def projected(U: np.ndarray, h: float, degree: int) -> np.ndarray:
-    """The least-squares projection over [0, h] of an input polynomial U, shape (3, n_u), on a lower degree.
-
-    A slave that follows constant inputs then sees the mean, one that follows linear ones the best line: constant keeps
-    order 2, linear order 3, where cutting the polynomial off would lose one.
-    """
-    if degree >= 2 or not U[degree + 1 :].any():
-        return U
-    value, slope = U[0] - U[2] * (h * h / 12), U[1] + U[2] * (h / 2)  # s^2 / 2 is on [0, h] nearest to h s / 2 - h^2 / 12
-    if degree == 0:
-        value, slope = value + slope * (h / 2), np.zeros_like(slope)
-    return np.array([value, slope, np.zeros_like(slope)])
 
 
 class Network:
@@ -60,6 +48,8 @@ class Network:
         What is to be told: the system's own notes, and values of parameter files that fit no variable.
     coupled, held : ndarray of int
         Places in Y that feed an input; places that are never extrapolated.
+    driving : Driving
+        What time series and a scenario come to.
 
     Raises
     ------
@@ -84,7 +74,7 @@ class Network:
         for part, slave in zip(system.components, self.slaves, strict=True):
             check_ports(part, slave)
         self.notes = (*system.notes, *unused_values(system, self.slaves))
-        self._inputs: list[Inputs] = []
+        made: list[Inputs] = []
         signals = tuple(y for s in self.slaves for y in s.outputs)
         wires = {c.end: c for c in connections(system, self.slaves)}
         self.feeds: dict[int, list[tuple[int, int]]] = {}  # place in Y -> the (slave, place in u) it feeds
@@ -96,7 +86,7 @@ class Network:
                     source = self._place(wire, place)
                     self.feeds.setdefault(source, []).append((i, j))
                     joined.append((source, j, transfer(wire, signals[source], signal)))
-            self._inputs.append(Inputs(joined, start_inputs(slave, self.values[i])))
+            made.append(Inputs(joined, start_inputs(slave, self.values[i])))
         for end, wire in wires.items():
             slave = self.slaves[place[end[0]]]
             refuse_excluded(wire, 1, slave)
@@ -107,6 +97,10 @@ class Network:
         self.coupled = np.array(sorted(self.feeds), dtype=int)
         self._evaluate()
         self.bonds = power_bonds(system, self._where, self.units, self.feeds)
+        connected = {end: self.names[k] for k, ends in self.feeds.items() for end in ends}
+        self.driving = what_drives(system, self.slaves, connected, self.values, [inputs.start for inputs in made])
+        self._wired = tuple(inputs.following(self.driving.of_slave(i)) for i, inputs in enumerate(made))
+        self._inputs = list(self._wired)
 
     def _substeps(self, given: Mapping[str, int]) -> list[int]:
         known = [s.name for s in self.slaves]
@@ -139,17 +133,30 @@ class Network:
             raise unknown(f"output of {wire.start[0]!r}:", wire.start[1], names)
         return place_in_Y
 
-    def inputs(self, i: int, C: np.ndarray) -> np.ndarray:
-        """The input polynomial U, shape (m, n_u), of slave i from C, shape (m, n_Y): value and derivatives of all outputs."""
-        return self._inputs[i].of(C)
+    def inputs(self, i: int, C: np.ndarray, t: float = 0.0, h: float = 0.0) -> np.ndarray:
+        """The input polynomial U, shape (m, n_u), of slave i from C, shape (m, n_Y): value and derivatives of all outputs.
+
+        t, h : where a step begins and how long it is, s, for inputs that follow a time series; h = 0 for values alone.
+        """
+        return self._inputs[i].of(C, t, h)
 
     def wires(self, i: int) -> list[tuple[int, int, float, float]]:
         """The connected inputs of slave i: place in Y of the source, place in u, factor and offset between their units."""
+        return self._wired[i].joined
+
+    def present_wires(self, i: int) -> list[tuple[int, int, float, float]]:
+        """The same with what alter() has made of them."""
         return self._inputs[i].joined
 
-    def start_inputs(self, i: int) -> np.ndarray:
-        """The start values of slave i's inputs, shape (n_u,), which unconnected ones keep."""
-        return self._inputs[i].start.copy()
+    def start_inputs(self, i: int, t: float | None = None) -> np.ndarray:
+        """The start values of slave i's inputs, shape (n_u,), which unconnected ones keep; what they are at t (s) where given."""
+        return self._inputs[i].start.copy() if t is None else self._inputs[i].at_rest(t)
+
+    def alter(self, changes: Mapping[tuple[int, int], tuple[float, float]]) -> None:
+        """Make of connected inputs, (slave, place in u), factor * what comes + value; all others are as the system says."""
+        for i, inputs in enumerate(self._wired):
+            own = {j: change for (k, j), change in changes.items() if k == i}
+            self._inputs[i] = inputs.altered(own) if own else inputs
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
@@ -157,7 +164,7 @@ class Network:
 
     def evaluate(self, i: int, Y: np.ndarray, t: float) -> None:
         """The outputs of slave i at t (s) for the inputs that Y gives it, written into Y."""
-        Y[self.slices[i]] = self.slaves[i].output(self._inputs[i].of(Y[None, :])[0], t)
+        Y[self.slices[i]] = self.slaves[i].output(self._inputs[i].of(Y[None, :], t)[0], t)
 
     def step(self, i: int, U: np.ndarray, t: float, h: float) -> np.ndarray:
         """Step slave i from t over h (s) under U, shape (3, n_u), in as many parts as `substeps` says.
@@ -188,13 +195,14 @@ class Network:
             Inputs([(k, j, Transfer(factor)) for k, j, factor, _ in inputs.joined], np.zeros_like(inputs.start))
             for inputs in self._inputs
         ]
+        twin._wired = tuple(twin._inputs)
         twin._evaluate()
         return twin
 
     @property
     def tabled(self) -> bool:
         """Whether a mapping table stands between two connectors."""
-        return any(inputs.tables for inputs in self._inputs)
+        return any(inputs.tables for inputs in self._wired)
 
     @property
     def initial_exchange(self) -> tuple[int, ...]:
@@ -207,8 +215,9 @@ class Network:
         All enter initialization mode, exchange outputs and inputs there until these agree, and leave it together.
         """
         self._do_step_s, self.start = np.zeros(len(self.slaves)), t
-        for slave, values in zip(self.slaves, self.values, strict=True):
-            slave.begin(values, t, stop)
+        self._inputs = list(self._wired)
+        for i, (slave, values) in enumerate(zip(self.slaves, self.values, strict=True)):
+            slave.begin(values | self.driving.starts(i, slave, t), t, stop)
         self._evaluation.recall()  # a run must not depend on the one before
         self._initial.recall()
         Y = np.zeros(len(self.names))

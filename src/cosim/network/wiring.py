@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import NoReturn
 
 import numpy as np
@@ -11,6 +12,7 @@ from gyro_cosim.component.units import Unit
 from ..errors import WiringError, nearest, unknown
 from ..slaves import Signal, Slave, Value
 from ..systems import Connection, System, SystemComponent
+from ..systems.courses import Course
 from ..systems.quantities import between
 
 # What each type accepts besides itself; all of it exact.
@@ -194,21 +196,47 @@ class Inputs:
     joined : (place in Y, place in u, factor, offset) of each connected input; factor 1, offset 0 where a table is in between.
     tables : place in u -> table of the inputs that have one.
     start : shape (n_u,), what unconnected inputs keep.
+    courses : place in u -> what an unconnected input follows instead.
     """
 
-    def __init__(self, wires: Sequence[tuple[int, int, Transfer]], start: np.ndarray) -> None:
+    def __init__(
+        self, wires: Sequence[tuple[int, int, Transfer]], start: np.ndarray, courses: Mapping[int, Course] = MappingProxyType({})
+    ) -> None:
+        self._wires, self.courses = tuple(wires), courses
         self.joined = [(k, j, t.factor, t.offset) for k, j, t in wires]
         self.tables = {j: t.table for _, j, t in wires if t.table is not None}
         self.start = start
         self._source, self._into = _slice([wire[0] for wire in wires]), _slice([wire[1] for wire in wires])
         self._scale, self._offset = np.array([w[2] for w in self.joined]), np.array([w[3] for w in self.joined])
         self._scaled, self._shifted = bool((self._scale != 1.0).any()), bool(self._offset.any())
+        self._followed = tuple(courses.items())
         self._whole = len(wires) == start.size and not self._shifted and not self.tables
         self._template = np.vstack([start, np.zeros((2, start.size))])
 
-    def of(self, C: np.ndarray) -> np.ndarray:
-        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3. No -0.0 is in it: a derivative that is zero
-        must not differ from one that is not set."""
+    def following(self, courses: Mapping[int, Course]) -> "Inputs":
+        """The same with courses, by place in u."""
+        return Inputs(self._wires, self.start, courses) if courses else self
+
+    def altered(self, changes: Mapping[int, tuple[float, float]]) -> "Inputs":
+        """The same with connected inputs, by place in u, made factor * what comes + value."""
+        wires = []
+        for k, j, given in self._wires:
+            factor, value = changes.get(j, (1.0, 0.0))
+            table = None if factor == 0.0 else given.table
+            wires.append((k, j, Transfer(given.factor * factor, given.offset * factor + value, table)))
+        return Inputs(wires, self.start, self.courses)
+
+    def at_rest(self, t: float) -> np.ndarray:
+        """What unconnected inputs are at t (s), shape (n_u,)."""
+        u = self.start.copy()
+        for j, course in self._followed:
+            u[j] = course.at(t)
+        return u
+
+    def of(self, C: np.ndarray, t: float = 0.0, h: float = 0.0) -> np.ndarray:
+        """U, shape (m, n_u), from C, shape (m, n_Y), m = 1 (values only) or 3, over h (s) from t (s) on.
+
+        No -0.0 is in it: a derivative that is zero must not differ from one that is not set."""
         part = C[:, self._source]
         if self._scaled:
             part = part * self._scale
@@ -219,6 +247,11 @@ class Inputs:
         U[:, self._into] = part
         if self._shifted:
             U[0, self._into] += self._offset
+        for j, course in self._followed:
+            if len(C) > 1 and h > 0.0:
+                U[0, j], U[1, j] = course.over(t, h)
+            else:
+                U[0, j] = course.at(t)
         for j, table in self.tables.items():
             if U[0, j] not in table:
                 raise WiringError(f"a mapping between connectors must have an entry for {U[0, j]:g}")

@@ -7,12 +7,12 @@ fmi/            FMUs
 processes/      what runs elsewhere
 """
 
-from .base import Counts, Restorable, Serializable, Slave, StateSpace, counts, linearisation, restorable, serializable
+from .base import Counts, Restorable, Serializable, Slave, StateSpace, counts, linearisation, restorable, serializable, tunable
 from .description import SlaveDescription
 from .opening import open_fmu, open_slave
 from .signal import Signal, Value
 
 __all__ = [
     "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Value", "counts",
-    "linearisation", "open_fmu", "open_slave", "restorable", "serializable",
+    "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "tunable",
 ]  # fmt: skip

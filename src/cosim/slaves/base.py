@@ -9,7 +9,7 @@ Every slave is called in this order, and in no other:
     5. `output` and `step` follow in any number. A step begins where the last one ended; before it, `output` may be asked with
        other inputs at the same time.
     6. Between two calls of 5 a slave that can may `save` its state, `restore` a saved one (the next step then begins there),
-       `discard` one, `serialize` or be linearised.
+       `discard` one, `serialize`, be tuned or be linearised.
     7. `begin` starts the next run, from 2. `close` ends it all.
 
 After an exception of its own a slave is broken: only 7 may follow. EndRequest is no failure; `output` may be asked once more.
@@ -132,6 +132,14 @@ class Linearisable(Slave):
         """The linearisation at the present state and inputs; None where the slave does not give it."""
 
 
+class Tunable(Slave):
+    """A slave whose parameters may change on the way, as far as `description.tunable` says so; ask with tunable()."""
+
+    @abstractmethod
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        """Give parameters new values, by name, at the present time `t` (s), between two steps."""
+
+
 class Counting(Slave):
     """A slave that counts; ask with counts()."""
 
@@ -154,6 +162,11 @@ def serializable(slave: Slave) -> Serializable | None:
 def linearisation(slave: Slave) -> StateSpace | None:
     """The linearisation of `slave` where it stands; None where it gives none."""
     return slave.state_space() if isinstance(slave, Linearisable) else None
+
+
+def tunable(slave: Slave) -> Tunable | None:
+    """`slave`, if any of its parameters may change on the way; else None."""
+    return slave if isinstance(slave, Tunable) and slave.description.tunable else None
 
 
 def counts(slave: Slave) -> Counts:

@@ -32,6 +32,8 @@ class SlaveDescription:
         Whether it can go back to a state, and whether a state can be written as bytes.
     counts_events : bool
         Whether it says how many events it has had.
+    tunable : frozenset of str
+        Parameters that may be given a value between two steps, see base.Tunable.
     """
 
     inputs: tuple[Signal, ...]
@@ -44,6 +46,7 @@ class SlaveDescription:
     can_restore: bool = False
     can_serialize: bool = False
     counts_events: bool = False
+    tunable: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         if self.initial_feedthrough is None:

@@ -14,13 +14,13 @@ from gyro_cosim.component.do_step import error_control
 from gyro_cosim.component.integration import INPUT_DEGREE, Progress, StepError, advance, first_sample, input_at, pieces
 
 from ..errors import OutputError, SlaveError
-from .base import Linearisable, Serializable, StateSpace
+from .base import Linearisable, Serializable, StateSpace, Tunable
 from .description import SlaveDescription
 from .machine_code import compiled_component
 from .signal import Signal, Value
 
 
-class ComponentSlave(Serializable, Linearisable):
+class ComponentSlave(Serializable, Linearisable, Tunable):
     """Runs a Component as component/do_step.py defines it, on arrays that are bound once."""
 
     def __init__(self, name: str, component: Component) -> None:
@@ -36,6 +36,7 @@ class ComponentSlave(Serializable, Linearisable):
             input_degree=INPUT_DEGREE,
             can_restore=True,
             can_serialize=True,
+            tunable=frozenset(v.name for v in component.parameters if v.variability == "tunable"),
         )
         self._x, self._p = component.start_state, component.start_parameters
         self._u = component.start_input
@@ -72,6 +73,13 @@ class ComponentSlave(Serializable, Linearisable):
 
     def finish(self) -> None:
         pass
+
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        for i, row in enumerate(self._component.parameters):
+            value = values.get(row.name)
+            if isinstance(value, float | int):
+                self._p[i] = value
+        self._prepare()
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         self._u[:] = u
@@ -117,14 +125,15 @@ class ComponentSlave(Serializable, Linearisable):
         pass
 
     def serialize(self) -> bytes:
-        numbers = np.concatenate([self._x, self._u, [self._progress.step]])
+        numbers = np.concatenate([self._x, self._u, self._p, [self._progress.step]])
         return struct.pack("<q", self._progress.samples) + numbers.astype("<f8").tobytes()
 
     def deserialize(self, data: bytes) -> None:
-        if len(data) != 8 * (2 + self._x.size + self._u.size):
+        if len(data) != 8 * (2 + self._x.size + self._u.size + self._p.size):
             raise ValueError(f"{self.name}: {len(data)} bytes are no state of {self._component.spec!r}")
         numbers = np.frombuffer(data, "<f8", offset=8)
-        self._x[:], self._u[:] = numbers[: self._x.size], numbers[self._x.size : -1]
+        self._x[:], self._u[:], self._p[:] = np.split(numbers[:-1], [self._x.size, self._x.size + self._u.size])
+        self._prepare()
         self._progress = Progress(struct.unpack_from("<q", data)[0], float(numbers[-1]))
 
     def state_space(self) -> StateSpace | None:

@@ -50,6 +50,7 @@ def pack(system: System, file: Path) -> Path:
     """
     if file.suffix != ".ssp":
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
+    system.refuse_driven("a packed system")
     fmus, places = _fmus(system)
     descriptions = {component.name: described(read(fmus[component.source])) for component in system.components}
     units = _units(

@@ -7,6 +7,8 @@ from typing import Any
 from ..errors import WiringError, unknown
 from . import catalogue
 from .elements import Connection, Exchange, PowerBond, StopWhen, SystemComponent
+from .scenario import Scenario
+from .series import InputSeries
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,10 @@ class System:
         What people exchange in it; None where it does not say.
     notes : tuple of str
         What a reader of the system should be told: what a file says and is not followed, what a swap has dropped.
+    inputs : tuple of InputSeries
+        What open inputs follow.
+    scenario : Scenario or None
+        What happens during a run by plan.
 
     Raises
     ------
@@ -51,6 +57,8 @@ class System:
     start: float = 0.0
     exchange: Exchange | None = None
     notes: tuple[str, ...] = ()
+    inputs: tuple[InputSeries, ...] = ()
+    scenario: Scenario | None = None
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
@@ -111,6 +119,17 @@ class System:
     def owner(self, signal: str) -> str:
         """The component whose signal `component.variable` is, or empty; a component's name may hold dots."""
         return max((c.name for c in self.components if signal.startswith(f"{c.name}.")), key=len, default="")
+
+    def refuse_driven(self, what: str) -> None:
+        """ValueError where time series or a scenario belong to the system, of which `what` knows nothing."""
+        if self.inputs or self.scenario is not None:
+            more = "a scenario" if self.scenario is not None else "time series as inputs"
+            raise ValueError(f"{what} must be of a system that runs by itself, {self.name!r} has {more}")
+
+    def full(self, signal: str) -> str:
+        """`signal` as `component.variable`: in a system of one component `variable` alone means that component's."""
+        only = self.components[0].name if len(self.components) == 1 else ""
+        return f"{only}.{signal}" if only and not self.owner(signal) else signal
 
     def with_source(self, name: str, source: str) -> "System":
         """The same system with the component(s) that `name` addresses made from another source.

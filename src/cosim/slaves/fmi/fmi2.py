@@ -145,4 +145,8 @@ class Fmi2Slave(FmuSlave):
             no_set_state=1 - self.description.can_restore,
             check=self.check,
             step_failed=self._step_failed,
+            derivatives_told=self._derivatives_told,
         )
+
+    def _derivatives_told(self) -> None:
+        self._told = 2

@@ -6,7 +6,7 @@ follows. So an event counts at its own time, whatever the macro step.
 
 import ctypes
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -117,6 +117,16 @@ class Fmi3Slave(FmuSlave):
             set_ = self._opened.library.function("fmi3SetBinary", POINTER, REFERENCES, SIZE, POINTER, POINTER, SIZE)
             status = set_(self._instance, reference, 1, sizes, data, n)
         self.check(status, f"fmi3Set{row.type} of {row.name!r}", 0.0, 0.0)
+
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        """In event mode where the FMU has one, as the standard wants it there."""
+        if self._event_mode is None:
+            super().tune(values, t)
+            return
+        self._event_mode.enter(self._instance, t, 0.0)
+        super().tune(values, t)
+        self._learn(replace(self._note, events=self._note.events + 1))
+        self._leave_event_mode(self._event_mode, t, 0.0)
 
     def _put_with_events(self, u: np.ndarray, t: float, h: float) -> None:
         """Discrete inputs of an FMU with event mode change there only; before that it sets them in initialization mode."""

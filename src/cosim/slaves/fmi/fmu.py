@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Tunable
 from ..signal import Value
 from .buffers import Group, group, groups
 from .description import Row
@@ -20,13 +20,13 @@ from .fmu_state import States
 from .library import POINTER, STATUS, Library
 from .log import Log
 from .raw import Direct, RawFmu
-from .signals import by_variable, carried
+from .signals import by_variable, carried, names
 from .unpacked import OpenedFmu
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
-class FmuSlave(Serializable, Linearisable, Counting, Direct):
+class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
     """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
     model : the FMU's own description. log : what the FMU says.
@@ -160,6 +160,14 @@ class FmuSlave(Serializable, Linearisable, Counting, Direct):
         one = group([row], (), self.types, self.prefix, self._moves)
         one.buffer[:] = values
         self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
+
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        for name, value in values.items():
+            row = self._rows[name] if name in self._rows else self._rows[name[: name.rindex("[")]]
+            one = group([row], (), self.types, self.prefix, self._moves)
+            self.check(one.get(self._instance), f"{one.label.replace('Set', 'Get')} of {row.name!r}", t, 0.0)
+            one.buffer[0 if name == row.name else names(row).index(name)] = value
+            self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         instance = self._instance

@@ -42,6 +42,8 @@ class RawFmu:
         short of its end, or, where it has not begun, the whole of it.
     due : callable or None
         Of FMI 3.0: due() is the time (s) from which on a step must be left to finish_step from its begin.
+    derivatives_told : callable or None
+        Of FMI 2.0: derivatives_told() tells the slave that C code gives its FMU all derivatives.
     """
 
     version: int
@@ -61,6 +63,7 @@ class RawFmu:
     told: np.ndarray | None = None
     finish_step: Callable[[np.ndarray, float, float, bool], None] | None = None
     due: Callable[[], float] | None = None
+    derivatives_told: Callable[[], None] | None = None
 
 
 class Direct(Slave):

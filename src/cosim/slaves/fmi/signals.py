@@ -47,7 +47,12 @@ def described(description: Description) -> SlaveDescription:
         can_restore=restores,
         can_serialize=restores and serializes,
         counts_events=description.version == "3" and used(description),
+        tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
     )
+
+
+def _is_tunable(row: Row) -> bool:
+    return row.causality == "parameter" and row.variability == "tunable" and row.type not in _NOT_CARRIED
 
 
 def _at_start(description: Description, row: Row) -> tuple[str, ...] | None:

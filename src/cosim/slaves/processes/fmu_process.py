@@ -90,6 +90,9 @@ class Program:
         elif kind == Kind.STEP:
             whole = array(payload, 2 + 3 * n_u)
             slave.step(whole[2:].reshape(3, -1), float(whole[0]), float(whole[1]))
+        elif kind == Kind.TUNE:
+            given = document(payload)
+            slave.tune(read_values(given["values"]), number(given, "t"))
         elif kind == Kind.SAVE:
             self._count += 1
             self._snapshots[self._count] = slave.save()

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Tunable
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Value
@@ -34,7 +34,7 @@ PATIENCE = 60.0  # s that one call may take
 LARGEST = 1 << 28  # bytes of a saved state
 
 
-class IsolatedSlave(Serializable, Linearisable, Counting):
+class IsolatedSlave(Serializable, Linearisable, Counting, Tunable):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
     implementation : see open_slave().
@@ -148,6 +148,9 @@ class IsolatedSlave(Serializable, Linearisable, Counting):
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         self._ask(Kind.STEP, numbers(t, h, U), t, h)
+
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        self._ask(Kind.TUNE, json.dumps({"values": carried_values(values), "t": t}).encode(), t)
 
     def save(self) -> Any:
         return self._snapshot(self._ask(Kind.SAVE))

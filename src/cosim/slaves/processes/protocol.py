@@ -68,6 +68,7 @@ class Kind(IntEnum):
     SERIALIZE = 12
     DESERIALIZE = 13
     LINEARISE = 14
+    TUNE = 15
     OK = 100
     ERROR = 101
     END = 102

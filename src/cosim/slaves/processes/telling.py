@@ -29,7 +29,7 @@ def introduction(slave: Slave) -> dict[str, Any]:
         "settable": [_carried(s) for s in d.settable.values()], "feedthrough": d.feedthrough.astype(int).tolist(),
         "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "excluded": dict(d.excluded),
         "input_degree": d.input_degree, "can_restore": restorable(slave) is not None, "can_serialize": d.can_serialize,
-        "counts_events": d.counts_events, "initialization": True,
+        "counts_events": d.counts_events, "initialization": True, "tunable": sorted(d.tunable),
     }  # fmt: skip
 
 
@@ -50,7 +50,7 @@ def described(told: Mapping[str, Any]) -> SlaveDescription:
         inputs=inputs, outputs=outputs, settable={s.name: s for s in settable}, feedthrough=feedthrough,
         initial_feedthrough=_matrix(told, "initial_feedthrough", shape, feedthrough), excluded=excluded, input_degree=degree,
         can_restore=truth(told, "can_restore", None), can_serialize=truth(told, "can_serialize", False),
-        counts_events=truth(told, "counts_events", False),
+        counts_events=truth(told, "counts_events", False), tunable=frozenset(_field(told, "tunable", "names", _is_names, [])),
     )  # fmt: skip
 
 
@@ -108,6 +108,10 @@ def _is_number(value: Any) -> bool:
 
 def _is_texts(value: Any) -> bool:
     return isinstance(value, dict) and all(isinstance(text, str) for text in value.values()) and len(value) <= MOST
+
+
+def _is_names(value: Any) -> bool:
+    return isinstance(value, list) and len(value) <= MOST and all(isinstance(name, str) for name in value)
 
 
 def _short(value: Any) -> str:
