@@ -23,8 +23,9 @@ VARIANT = next(text for kind, text in BLOCKS if kind == "python" and text.starts
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> None:
     Path("my_gyro.py").write_text(VARIANT)
-    for name in re.findall(r"[\w.]+\.(?:fmu|ssp)", command):  # what an earlier command of the README has made
-        making = [c for c in COMMANDS if c.split()[1] in ("export", "pack") and name.split(".")[0] in c and c != command]
+    for name in re.findall(r"[\w.]+\.(?:fmu|ssp|toml)", command):  # what an earlier command of the README has made
+        makers = [c for c in COMMANDS if c.split()[1] in ("export", "pack", "params")]
+        making = [c for c in makers if name.split(".")[0] in c and c != command]
         if making and " -o " not in command:
             assert cosim(*shlex.split(making[0])[1:])[0] == 0
     code, out, err = cosim(*shlex.split(command)[1:])

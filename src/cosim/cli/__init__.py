@@ -27,6 +27,7 @@ COMMANDS = {
     "sweep": "sweep",
     "plot": "plot",
     "info": "info",
+    "params": "parameters",
     "pack": "pack",
     "serve": "serve",
 }

@@ -18,12 +18,28 @@ from ..coupling import ALGORITHMS
 from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
+from ..systems.catalogue import systems
 from .settings import applied, words
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
 Gyro = Annotated[
     str | None,
     typer.Option("--gyro", metavar="VARIANT", help="the gyro unit: a variant, PACKAGE:VARIANT, a .py file or an .fmu file"),
+]
+Vehicle = Annotated[
+    str | None, typer.Option("--vehicle", metavar="VARIANT", help="the vehicle; short for --swap vehicle=VARIANT")
+]
+Swaps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--swap",
+        metavar="NAME=SOURCE[,FOREIGN=OURS...]",
+        help="a component from elsewhere: a variant, PACKAGE:VARIANT, a .py or .fmu file; FOREIGN is what that calls a signal, "
+        "OURS what the system calls it",
+    ),
+]
+Parameters = Annotated[
+    Path | None, typer.Option("--params", metavar="FILE", help="parameters from a .toml file (cosim params) or an .ssv file")
 ]
 Values = Annotated[
     list[str] | None,
@@ -40,9 +56,18 @@ InProcess = Annotated[bool, typer.Option("--in-process", help="run the component
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output")]
 
 
-def chosen_system(name: str, gyro: str | None = None, values: Sequence[str] | None = None) -> System:
-    """The system called `name` with the options --gyro and --set applied."""
-    return applied(named_system(name), gyro, values)
+def is_system(name: str) -> bool:
+    """Whether `name` is that of a system, and not of a component or an FMU."""
+    return name in systems() or name.endswith((".ssd", ".ssp"))
+
+
+def chosen_system(
+    name: str | System, gyro: str | None = None, values: Sequence[str] | None = None, *, vehicle: str | None = None,
+    swaps: Sequence[str] | None = None, params: Path | None = None,
+) -> System:  # fmt: skip
+    """The system called `name` with the options --vehicle, --gyro, --swap, --params and --set applied, in this order."""
+    plan = named_system(name) if isinstance(name, str) else name
+    return applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
 
 
 @overload

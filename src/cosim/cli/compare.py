@@ -14,8 +14,11 @@ from .common import (
     AsJson,
     Degree,
     InProcess,
+    Parameters,
+    Swaps,
     SystemName,
     Values,
+    Vehicle,
     chosen_system,
     finite,
     progress,
@@ -40,7 +43,10 @@ def command(
             help="give it several times; the first is the reference",
         ),
     ] = None,
+    vehicle: Vehicle = None,
+    swap: Swaps = None,
     set_: Values = None,
+    params: Parameters = None,
     component: Annotated[
         str | None, typer.Option(metavar="NAME", help="what is exchanged; what the system says otherwise")
     ] = None,
@@ -61,7 +67,7 @@ def command(
     from .. import figures
     from ..comparison.tolerances import read as read_tolerances
 
-    plan = chosen_system(system)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
     chosen = read_settings(set_ or (), plan)
     component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)

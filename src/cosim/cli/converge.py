@@ -12,8 +12,11 @@ from .common import (
     Degrees,
     Gyro,
     InProcess,
+    Parameters,
+    Swaps,
     SystemName,
     Values,
+    Vehicle,
     chosen_system,
     degrees,
     finite,
@@ -26,8 +29,11 @@ from .common import (
 
 def command(
     system: SystemName,
+    vehicle: Vehicle = None,
     gyro: Gyro = None,
+    swap: Swaps = None,
     set_: Values = None,
+    params: Parameters = None,
     step: Annotated[
         str | None, typer.Option(metavar="TIME", help="coarsest macro step; 32 times the system's own otherwise")
     ] = None,
@@ -48,7 +54,7 @@ def command(
     from .. import figures
     from ..accuracy.convergence import converge
 
-    plan = chosen_system(system, gyro, set_)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     coarsest = seconds(step, "--step", 32 * plan.step)
     if not coarsest > 0.0:
         raise ValueError(f"--step must be positive, got {step}")

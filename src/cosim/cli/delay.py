@@ -11,14 +11,32 @@ from ..coupling import algorithm
 from ..hil.compensation import COMPENSATORS
 from ..hil.delay_margin import Compensation, DelayStudy, Margin
 from ..systems import System
-from .common import AlgorithmName, AsJson, Degree, Gyro, SystemName, Values, chosen_system, progress, say, seconds, writable
+from .common import (
+    AlgorithmName,
+    AsJson,
+    Degree,
+    Gyro,
+    Parameters,
+    Swaps,
+    SystemName,
+    Values,
+    Vehicle,
+    chosen_system,
+    progress,
+    say,
+    seconds,
+    writable,
+)
 from .settings import assignment
 
 
 def command(
     system: SystemName,
+    vehicle: Vehicle = None,
     gyro: Gyro = None,
+    swap: Swaps = None,
     set_: Values = None,
+    params: Parameters = None,
     component: Annotated[
         str | None, typer.Option(metavar="NAME", help="whose answer is late; what is exchanged in the system otherwise")
     ] = None,
@@ -53,7 +71,7 @@ def command(
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
     writable(plot, figures.check_format)
-    plan = chosen_system(system, gyro, set_)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     setting = DelayStudy(
         plan, seconds(step, "--step", 10 * plan.step), seconds(stop, "--stop", 20.0), component=component,
         algorithm=algorithm(algorithm_, degree), in_process=not fmus, longest=seconds(longest, "--longest"),

@@ -6,12 +6,13 @@ import typer
 from rich.table import Table
 
 from ..network import Network
+from ..slaves import SlaveDescription
 from ..slaves.described import described_slave
 from ..slaves.fmi.description import Description, Row, load
 from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
-from ..systems import archive
-from .common import AsJson, say
+from ..systems import archive, catalogue
+from .common import AsJson, is_system, say
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",
@@ -23,20 +24,63 @@ CAPABILITIES = (
 
 
 def command(
-    name: Annotated[str, typer.Argument(metavar="FILE|SYSTEM", help="an .fmu, .ssp or .ssd file, or a built-in system")],
+    name: Annotated[str, typer.Argument(metavar="FILE|SYSTEM", help="an .fmu, .ssp or .ssd file, a system, or a component")],
     as_json: AsJson = False,
 ) -> int:
-    """Print what an FMU holds, or a system: its graph, algebraic loops and power bonds."""
+    """Print what an FMU or a component holds, or a system: its graph, algebraic loops and power bonds.
+
+    No binary of an FMU is loaded. A component is made, which runs its Python file.
+    """
     if name.endswith(".fmu"):
         description = load(name)
         found = fmu_document(name, description)
         say(as_json, lambda: found, *_fmu_words(found))
+    elif not is_system(name) and _is_component(name):
+        found = component_document(name)
+        say(as_json, lambda: found, *_component_words(found))
     else:
         plan = named_system(name)
-        with Network(plan, [described_slave(c.name, c.source) for c in plan.components]) as network:
+        with Network(plan, [described_slave(c.name, c.source, c.implementation) for c in plan.components]) as network:
             found = system_document(network)
         say(as_json, lambda: found, *_system_words(found))
     return 0
+
+
+def _is_component(name: str) -> bool:
+    head = name.rpartition(":")[0] if ":" in name and not name.endswith(".py") else name
+    return head.endswith(".py") or head in catalogue.components()
+
+
+def component_document(spec: str) -> dict[str, Any]:
+    """A component of the catalogue, or of a Python file, as JSON holds it."""
+    spec = catalogue.resolve(spec)
+    d = described_slave(spec, spec).description
+    causes = {**{s.name: s for s in d.settable.values()}, **{s.name: s for s in d.outputs}}
+    return {
+        "component": spec,
+        "variables": [
+            {
+                "name": s.name, "causality": s.kind, "type": s.type, "unit": s.unit,
+                "start": "" if s.start is None else repr(s.start), "min": s.min, "max": s.max, "description": s.meaning,
+            }
+            for s in causes.values()
+        ],
+        "direct_feedthrough": _through(d),
+    }  # fmt: skip
+
+
+def _component_words(found: dict[str, Any]) -> list[str | Table]:
+    head = f"{found['component']} (cosim params {found['component']} says where its values come from)"
+    depends = [f"{entry['output']} depends directly on {', '.join(entry['inputs'])}" for entry in found["direct_feedthrough"]]
+    return [head, *depends, "", _variables(found["variables"])]
+
+
+def _through(d: SlaveDescription) -> list[dict[str, Any]]:
+    return [
+        {"output": y.name, "inputs": [u.name for u, feeds in zip(d.inputs, row, strict=True) if feeds]}
+        for y, row in zip(d.outputs, d.feedthrough, strict=True)
+        if row.any()
+    ]
 
 
 def fmu_document(file: str, d: Description) -> dict[str, Any]:
@@ -45,12 +89,6 @@ def fmu_document(file: str, d: Description) -> dict[str, Any]:
         names = members.namelist()
     binaries = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and not n.endswith("/")})
     needed = {tag: {k: attributes[k] for k in CAPABILITIES if k in attributes} for tag, attributes in d.interfaces.items()}
-    direct = described(d)
-    through = [
-        {"output": y.name, "inputs": [u.name for u, feeds in zip(direct.inputs, row, strict=True) if feeds]}
-        for y, row in zip(direct.outputs, direct.feedthrough, strict=True)
-        if row.any()
-    ]
     return {
         "file": file,
         "fmi": d.version + ".0",
@@ -62,7 +100,7 @@ def fmu_document(file: str, d: Description) -> dict[str, Any]:
         "sources": any(n.startswith("sources/") for n in names),
         "experiment": dict(d.experiment),
         "variables": [_variable(row) for row in d.rows],
-        "direct_feedthrough": through,
+        "direct_feedthrough": _through(described(d)),
     }
 
 
@@ -88,12 +126,16 @@ def _fmu_words(found: dict[str, Any]) -> list[str | Table]:
         lines.append("default experiment: " + ", ".join(f"{k} {v}" for k, v in found["experiment"].items()))
     for entry in found["direct_feedthrough"]:
         lines.append(f"{entry['output']} depends directly on {', '.join(entry['inputs'])}")
+    return [*lines, "", _variables(found["variables"])]
+
+
+def _variables(found: list[dict[str, Any]]) -> Table:
     table = Table("variable", "causality", "type", "unit", "start", "", box=None, pad_edge=False)
-    for v in found["variables"]:
+    for v in found:
         kind = v["type"] + (f"[{','.join(map(str, v['shape']))}]" if "shape" in v else "")
         start = v["start"] if len(v["start"]) <= 24 else v["start"][:21] + "..."
         table.add_row(v["name"], v["causality"], kind, v["unit"], start, v["description"])
-    return [*lines, "", table]
+    return table
 
 
 def system_document(network: Network) -> dict[str, Any]:

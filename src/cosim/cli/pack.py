@@ -8,7 +8,7 @@ import typer
 from ..coupling import Algorithm, algorithm
 from ..ssp.packing import pack
 from ..systems import System
-from .common import AsJson, Gyro, SystemName, Values, chosen_system, needs, say, seconds, writable
+from .common import AsJson, Gyro, Parameters, Swaps, SystemName, Values, Vehicle, chosen_system, needs, say, seconds, writable
 from .export import VERSIONS
 from .settings import words
 
@@ -17,8 +17,11 @@ AS_FMU = "--as-fmu"
 
 def command(
     system: SystemName,
+    vehicle: Vehicle = None,
     gyro: Gyro = None,
+    swap: Swaps = None,
     set_: Values = None,
+    params: Parameters = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .ssp file, else SYSTEM.ssp; of an FMU also a folder")
     ] = None,
@@ -47,7 +50,7 @@ def command(
     }  # fmt: skip
     for option, given in of_fmu.items():
         needs(option, given, AS_FMU, as_fmu)
-    plan = chosen_system(system, gyro, set_)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     if as_fmu:
         chosen = algorithm(algorithm_ or "jacobi", 1 if degree is None else degree, words(sequence or ""))
         files = _as_fmus(plan, output, fmi or "2", platform or "host", chosen, seconds(step, "--step"), sources is not False)

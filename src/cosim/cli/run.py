@@ -18,8 +18,11 @@ from .common import (
     Degree,
     Gyro,
     InProcess,
+    Parameters,
+    Swaps,
     SystemName,
     Values,
+    Vehicle,
     chosen_system,
     console,
     needs,
@@ -35,8 +38,11 @@ from .summary import certificate_document, certificate_words, document, summary_
 
 def command(
     system: SystemName,
+    vehicle: Vehicle = None,
     gyro: Gyro = None,
+    swap: Swaps = None,
     set_: Values = None,
+    params: Parameters = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     start: Annotated[
         str | None, typer.Option(metavar="TIME", help="beginning of the run; 0 where the system does not say")
@@ -102,7 +108,7 @@ def command(
     from ..master.adaptive import Adaptive
     from ..master.checkpoint import Checkpoint, Resume
 
-    plan = chosen_system(system, gyro, set_)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     chosen = algorithm(algorithm_, degree, words(sequence))
     h, end = seconds(step, "--step", plan.step), seconds(stop, "--stop", plan.stop)
     begin = seconds(start, "--start", plan.start)

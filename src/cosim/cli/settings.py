@@ -4,15 +4,22 @@
     gyro=linear                           a variant, COMPONENT=VARIANT
     gyro=linear,hil,rate_delay=5ms        several, the second with a value of its own
 
+    gyro=vendor.fmu,torque=yaw_moment     a variant that calls the signal yaw_moment of the system torque
+
 `run` and its kind take one variant of a component, `compare` several, the first as the reference, `sweep` all of them in turn.
 """
 
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from ..ssp.parameter_files import read_parameters
 from ..systems import System
+from ..systems.swap import told_apart
 
+SWAP = "--swap must be NAME=SOURCE or NAME=SOURCE,FOREIGN=OURS,..."
+VEHICLE = "vehicle"  # the component that --vehicle exchanges
 _OWN = re.compile(r"[A-Za-z_][\w.\[\],]*\s*=")  # what a value of a variant begins with
 
 
@@ -87,24 +94,42 @@ def gyro_of(system: System) -> str:
     return "gyro" if system.exchange is None else system.exchanged()
 
 
-def applied(system: System, gyro: str | None, texts: Sequence[str] | None) -> System:
-    """The system with --gyro and --set of a command that runs one variant of each component."""
+def applied(
+    system: System, gyro: str | None, texts: Sequence[str] | None, *, vehicle: str | None = None, swaps: Sequence[str] = (),
+    params: Path | None = None,
+) -> System:  # fmt: skip
+    """The system with --vehicle, --gyro, --swap, --params and --set of a command that runs one variant of each component."""
     chosen = read_settings(texts or (), system)
+    named = [(f"--vehicle is short for --swap {VEHICLE}=VARIANT", VEHICLE, vehicle)] if vehicle is not None else []
     if gyro is not None:
         name = gyro_of(system)
-        if name in chosen.variants:
-            raise ValueError(f"--gyro is short for --set {name}=VARIANT: give one of the two, got both ({gyro!r})")
-        system = system.with_source(name, gyro)
+        named.append((f"--gyro is short for --set {name}=VARIANT", name, gyro))
+    named += [("--swap names a component once", *assignment(text, SWAP)) for text in swaps]
+    seen = set(chosen.variants)
+    for rule, name, text in named:
+        if name in seen:
+            raise ValueError(f"{rule}: give one of the two, got both ({text!r})")
+        seen.add(name)
+        system = swapped(system, name, text)
     for name, variants in chosen.variants.items():
         if len(variants) > 1:
             raise ValueError(f"--set {name} must be one variant here (compare and sweep take several), got {', '.join(variants)}")
         source, *own = variants[0].split(",")
-        system = system.with_source(name, source)
-        for text in own:
+        renamed, values = told_apart(own, system.signals_of(name))
+        system = system.with_source(name, source, renamed)
+        for text in values:
             system = system.with_value(*_own(name, text))
+    for target, value in read_parameters(params, system) if params is not None else ():
+        system = system.with_value(target, value)
     for target, value in chosen.values:
         system = system.with_value(target, value)
     return system
+
+
+def swapped(system: System, name: str, text: str) -> System:
+    """The system with "SOURCE,FOREIGN=OURS,..." in the place of the component(s) that `name` addresses."""
+    source, *pairs = words(text)
+    return system.with_source(name, source, dict(assignment(pair, SWAP) for pair in pairs))
 
 
 def _own(component: str, text: str) -> tuple[str, str]:

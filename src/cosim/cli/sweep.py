@@ -7,7 +7,21 @@ import typer
 
 from ..coupling import ALGORITHMS
 from ..systems import System
-from .common import AsJson, Degrees, SystemName, chosen_system, degrees, finite, needs, progress, say, seconds
+from .common import (
+    AsJson,
+    Degrees,
+    Parameters,
+    Swaps,
+    SystemName,
+    Vehicle,
+    chosen_system,
+    degrees,
+    finite,
+    needs,
+    progress,
+    say,
+    seconds,
+)
 from .settings import gyro_of, read_settings, words
 
 
@@ -22,6 +36,9 @@ def command(
             "LOW:HIGH[:log]; COMPONENT=A,B: its variants",
         ),
     ] = None,
+    vehicle: Vehicle = None,
+    swap: Swaps = None,
+    params: Parameters = None,
     gyro: Annotated[str | None, typer.Option(metavar="A,B,...", help="variants of the gyro unit; as --set gyro=A,B")] = None,
     algorithms: Annotated[
         str, typer.Option("--algorithm", metavar="A,B,...", help=f"coupling algorithms: {', '.join(ALGORITHMS)}")
@@ -56,7 +73,7 @@ def command(
     """
     from ..sweeps import Sweep, sweep
 
-    plan = chosen_system(system)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
     needs("--seed", seed, "--lhs", samples is not None)
     if scheduler is not None and workers is not None:
         raise ValueError(f"--workers has no effect with --scheduler, got {workers}")

@@ -7,6 +7,7 @@ from pathlib import Path
 from ..slaves import open_slave
 from ..ssp import system as named_system
 from ..systems import System
+from ..systems.swap import told_apart
 
 
 def variant_plan(
@@ -14,13 +15,15 @@ def variant_plan(
 ) -> tuple[System, tuple[str, ...]]:
     """The system with the variant that `text` names and the values it takes, and those it has no parameter for.
 
-    What the system itself sets on its units is treated as `values` are.
+    What the system itself sets on its units is treated as `values` are. FOREIGN=OURS behind a source says that it calls a
+    signal otherwise than the system.
     """
-    source, *own = (word.strip() for word in text.split(","))
+    source, *words = (word.strip() for word in text.split(","))
+    renamed, own = told_apart(words, system.signals_of(component))
     exchanged = system.addressed(component)
     values = [(f"{p.name}.{n}", v) for p in system.components if p.name in exchanged for n, v in p.values.items()] + list(values)
     bare = replace(system, components=tuple(replace(p, values={}) if p.name in exchanged else p for p in system.components))
-    plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(component, source)
+    plan = named_system(source) if source.endswith((".ssd", ".ssp")) else bare.with_source(component, source, renamed)
     ignored = []
     first = next(c for c in plan.components if c.name in exchanged)
     slave = open_slave(first.name, first.source, in_process=in_process)

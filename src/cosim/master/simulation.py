@@ -110,6 +110,8 @@ def open_network(
     ValueError
         A component that is not there, a connection that cannot be made.
     """
+    if not system.components:
+        raise ValueError(f"system {system.name!r} holds no component, there is nothing to run")
     slaves: list[Slave] = []
     cache = FmuCache()
     try:

@@ -15,7 +15,8 @@ from .bonds import power_bonds
 from .driving import what_drives
 from .evaluation import Evaluation
 from .projection import projected
-from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer, unused_values
+from .told import notes_of
+from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
 
 
 class Network:
@@ -73,7 +74,7 @@ class Network:
         )
         for part, slave in zip(system.components, self.slaves, strict=True):
             check_ports(part, slave)
-        self.notes = (*system.notes, *unused_values(system, self.slaves))
+        self.notes = notes_of(system, self.slaves)
         made: list[Inputs] = []
         signals = tuple(y for s in self.slaves for y in s.outputs)
         wires = {c.end: c for c in connections(system, self.slaves)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from gyro_cosim.component.units import Unit
 
-from ..errors import WiringError, nearest, unknown
+from ..errors import WiringError, unknown
 from ..slaves import Signal, Slave, Value
 from ..systems import Connection, System, SystemComponent
 from ..systems.courses import Course
@@ -150,22 +150,6 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
             raise WiringError(f"{where} must be {_article(signal.type)} as in the FMU, the system file says {port.type}")
         if port.unit is not None and signal.measure is not None and port.unit.dimension != signal.measure.dimension:
             raise WiringError(f"{where} must have a unit that fits {signal.unit!r}, the system file says {port.unit.name!r}")
-
-
-LISTED = 8  # names that a note shows
-
-
-def unused_values(system: System, slaves: Sequence[Slave]) -> list[str]:
-    """Of each component the values of parameter files for which it has no variable, in words."""
-    notes = []
-    for part, slave in zip(system.components, slaves, strict=True):
-        names = [name for name in part.bound if name not in slave.description.settable]
-        if names:
-            more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-            near = nearest(names[0], slave.description.settable)
-            shown = ", ".join(names[:LISTED])
-            notes.append(f"not used, for {part.name!r} has nothing to be set by that name: {shown}{more}{near}")
-    return notes
 
 
 def refuse_excluded(wire: Connection, end: int, slave: Slave) -> None:

@@ -39,7 +39,7 @@ class DescribedSlave(Slave):
         return RuntimeError(f"component {self.name!r} is only described here, it cannot run")
 
 
-def described_slave(name: str, source: str) -> Slave:
+def described_slave(name: str, source: str, implementation: str = "") -> Slave:
     """The slave `name` of a source as far as it can be told without running foreign code.
 
     Parameters
@@ -49,6 +49,8 @@ def described_slave(name: str, source: str) -> Slave:
     source : str
         An FMU, of which modelDescription.xml is read and no binary is loaded, a unit elsewhere, which is asked, or a catalogue
         name, whose component is made.
+    implementation : str
+        The interface of an FMU; else the one that it runs by.
     """
     if source.startswith(("process:", "tcp://")):
         from .processes.remote import RemoteSlave
@@ -58,7 +60,7 @@ def described_slave(name: str, source: str) -> Slave:
         from .fmi.description import read
         from .fmi.signals import described
 
-        return DescribedSlave(name, described(read(source)))
+        return DescribedSlave(name, described(read(source, implementation)))
     from .in_process import ComponentSlave
 
     return ComponentSlave(name, catalogue.component(source))

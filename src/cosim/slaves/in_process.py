@@ -156,7 +156,8 @@ class ComponentSlave(Serializable, Linearisable, Tunable):
 
 def _signal(row: Variable, kind: Any) -> Signal:
     start = None if kind == "output" and not row.is_state else row.start  # what is computed starts as it is computed
-    return Signal(row.name, kind, row.unit, start, row.min, row.max, row.meaning)
+    shown = row.display_unit or ""
+    return Signal(row.name, kind, row.unit, start, row.min, row.max, row.meaning, display=shown, nominal=row.nominal)
 
 
 def _is_settable(row: Variable) -> bool:

@@ -25,6 +25,7 @@ class Signal:
     type : integers, booleans and enumerations are carried as numbers, exact in float64.
     definition : what `unit` means where the component says so itself; else component.units knows it, or nobody does.
     items : names and numbers of an enumeration. shape : of an array, which takes as many values; () for a scalar.
+    display : the unit in which people read it, where the component says one. nominal : its usual size.
     """
 
     name: str
@@ -39,6 +40,8 @@ class Signal:
     definition: Unit | None = None
     items: tuple[tuple[str, int], ...] = ()
     shape: tuple[int, ...] = ()
+    display: str = ""
+    nominal: float | None = None
 
     @property
     def measure(self) -> Unit | None:
@@ -114,3 +117,34 @@ class Signal:
         if self.max is not None and number > self.max:
             raise ValueError(f"must be at most {self.max:g}{unit}, got {shown}")
         return number
+
+
+FAR = 5.0  # times the usual size, or less than this part of it
+
+
+def told_unit(signal: Signal, given: object) -> str:
+    """What a number without a unit means in the unit in which people read it, where it looks as if that one was meant.
+
+    It does where the number is more than FAR times away from the usual size (the start value, else the nominal one) and
+    would be nearer to it in the display unit. Empty otherwise, and where a unit was written.
+
+    Parameters
+    ----------
+    signal : Signal
+        What gets the value.
+    given : object
+        A number, or its text.
+    """
+    try:
+        number = float(given) if isinstance(given, str | int | float) and not isinstance(given, bool) else 0.0
+    except ValueError:
+        return ""  # with a unit, or no number
+    usual = abs(signal.start or signal.nominal or 0.0)
+    own, shown = signal.measure, meaning(signal.display) if signal.display not in ("", signal.unit) else None
+    if not number or not usual or own is None or shown is None or own.dimension != shown.dimension:
+        return ""
+    factor = shown.factor / own.factor
+    away, meant = (abs(math.log(abs(value) / usual)) for value in (number, number * factor))
+    if away <= math.log(FAR) or meant >= away:
+        return ""
+    return f"{number:g} {signal.unit} = {number / factor:.5g} {signal.display}"

@@ -1,7 +1,9 @@
 """A system: named components, the connections between their signals, parameter values. A plan; it loads nothing."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from ..errors import WiringError, unknown
@@ -9,6 +11,7 @@ from . import catalogue
 from .elements import Connection, Exchange, PowerBond, StopWhen, SystemComponent
 from .scenario import Scenario
 from .series import InputSeries
+from .swap import check_renaming, dropped, joined_signals, renaming
 
 
 @dataclass(frozen=True)
@@ -131,8 +134,15 @@ class System:
         only = self.components[0].name if len(self.components) == 1 else ""
         return f"{only}.{signal}" if only and not self.owner(signal) else signal
 
-    def with_source(self, name: str, source: str) -> "System":
+    def signals_of(self, name: str) -> set[str]:
+        """The signals that the system uses of the component(s) that `name` addresses."""
+        return joined_signals(self.addressed(name), self.connections, self.stop_when)
+
+    def with_source(self, name: str, source: str, renamed: Mapping[str, str] = MappingProxyType({})) -> "System":
         """The same system with the component(s) that `name` addresses made from another source.
+
+        What the system itself has bound for a part (System files: parameter bindings) stays with variants of the same
+        package, as far as they have such variables; any other source takes none of it over, and the notes say so.
 
         Parameters
         ----------
@@ -142,11 +152,14 @@ class System:
             A variant of the same package ("nonlinear"), a catalogue name ("gyro_unit:nonlinear"), a Python file, or the path
             of an FMU. A variant of the component that `exchange` names is meant with the ending given there, if there is one
             of that name; `PACKAGE:VARIANT` is taken as it is.
+        renamed : mapping of str to str
+            What the new source calls a signal -> what the system calls it, for sources with names of their own.
 
         Raises
         ------
         ValueError
-            Where a variant is named and the component, an FMU or a Python file, has none.
+            Where a variant is named and the component, an FMU or a Python file, has none; where `renamed` names a signal
+            that the system does not use.
         """
         chosen = self.addressed(name)
         ending = self.exchange.ending if self.exchange and set(chosen) <= set(self.addressed(self.exchange.component)) else ""
@@ -161,10 +174,17 @@ class System:
             sized = f"{source}{ending}" in catalogue.components().get(package, ())
             return f"{package}:{source}{ending if sized else ''}"
 
-        components = tuple(
-            replace(c, source=swapped(c), ports={}, implementation="") if c.name in chosen else c for c in self.components
-        )
-        return replace(self, components=components)
+        check_renaming(name, renamed, self.signals_of(name))
+        parts, notes = [], list(self.notes)
+        for part in self.components:
+            if part.name in chosen:
+                place = swapped(part)
+                lost = dropped([part], place)
+                notes += lost
+                part = replace(part, source=place, ports={}, implementation="", bound={} if lost else part.bound)
+            parts.append(part)
+        wires, bonds, stops = renaming(chosen, renamed, self.connections, self.bonds, self.stop_when)
+        return replace(self, components=tuple(parts), notes=tuple(notes), connections=wires, bonds=bonds, stop_when=stops)
 
     def with_implementation(self, name: str, implementation: str) -> "System":
         """The same system with the component(s) that `name` addresses run by another interface of FMI.

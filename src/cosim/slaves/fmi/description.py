@@ -26,7 +26,7 @@ CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"  # FMI's interfa
 class Row:
     """A variable. `type` as FMI calls it; `start` one text per element, in the order of FMI's arrays; `shape` () for a scalar.
 
-    items : names and values of an enumeration. unknown_shape : why the shape is not fixed, else "".
+    items : names and values of an enumeration. display : the unit in which people read it; nominal : its usual size.
     """
 
     name: str
@@ -44,6 +44,8 @@ class Row:
     shape: tuple[int, ...]
     items: tuple[tuple[str, int], ...]
     intermediate: bool
+    display: str = ""
+    nominal: float | None = None
 
     @property
     def size(self) -> int:
@@ -192,7 +194,8 @@ def _row(
         variability=variability, initial=element.get("initial") or _INITIAL.get((variability, causality), "calculated"),
         start=start, unit=unit, definition=definition, min=number("min"), max=number("max"),
         description=element.get("description", ""), shape=shape, items=items,
-        intermediate=element.get("intermediateUpdate", "false") in ("true", "1"),
+        intermediate=element.get("intermediateUpdate", "false") in ("true", "1"), display=attribute("displayUnit"),
+        nominal=number("nominal"),
     )  # fmt: skip
 
 

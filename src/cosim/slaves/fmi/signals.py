@@ -91,7 +91,7 @@ def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
         low, high = float(bits.min) if low is None else low, float(bits.max) if high is None else high
     return Signal(
         name, kind, row.unit, start, low, high, row.description, smooth, type_, row.definition, row.items,
-        row.shape if element is None else (),
+        row.shape if element is None else (), row.display, row.nominal,
     )  # fmt: skip
 
 
