@@ -153,10 +153,10 @@ def test_values_that_do_not_fit_their_type_are_refused(tmp_path: Path, target: s
     ("start", "end", "words"),
     [
         ("m.y", "a.tick", r"a\.tick is a Clock, which takes no part in connections"),
-        ("m.y", "m.text", r"m\.text is a String, which takes no part"),
+        ("m.y", "m.text", r"types must fit: m\.y is of type real, m\.text of type string"),
         ("m.y", "a.mode", r"types must fit: m\.y is a real, a\.mode an enumeration"),
         ("m.count", "a.on", r"types must fit: m\.count is an integer, a\.on a boolean"),
-        ("a.y", "m.u", "arrays must have the same number of elements, got 3 and 1"),
+        ("a.y", "m.u", "arrays must have the same shape, got 3 and a scalar"),
     ],
 )
 def test_connections_between_types_that_do_not_fit_are_refused(tmp_path: Path, start: str, end: str, words: str) -> None:

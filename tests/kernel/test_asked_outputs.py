@@ -166,7 +166,7 @@ def test_the_meter_s_definition_and_the_same_on_arrays_give_the_same_bits() -> N
 def test_a_derivative_of_zero_is_the_same_as_none(algorithm: Algorithm, monkeypatch: pytest.MonkeyPatch) -> None:
     """At rest the quotients of differences are -0.0: neither they nor -0.0 itself must reach a component."""
     from gyro_cosim.network import network as of_network
-    from gyro_cosim.network.wiring import Transfer
+    from gyro_cosim.network.joining import Transfer
 
     plain = of_network.transfer
     monkeypatch.setattr(of_network, "transfer", lambda *a: Transfer(-plain(*a).factor, -0.0))

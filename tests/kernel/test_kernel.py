@@ -50,7 +50,7 @@ def test_plain_path_and_both_inner_loops_give_the_same_bits(algorithm: Algorithm
 def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every connection gets a factor and an offset: same bits, and neither forgotten."""
     from gyro_cosim.network import network
-    from gyro_cosim.network.wiring import Transfer
+    from gyro_cosim.network.joining import Transfer
 
     plain = network.transfer
     monkeypatch.setattr(network, "transfer", lambda *a: Transfer(plain(*a).factor / 3, plain(*a).offset + 0.1))
@@ -65,7 +65,7 @@ def test_units_are_converted_in_the_inner_loop_too(monkeypatch: pytest.MonkeyPat
 def test_the_compiled_meter_sums_what_the_plain_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps of different history, a shorter last one, any factor and offset between units: the same sums to the last bit."""
     from gyro_cosim.network import network
-    from gyro_cosim.network.wiring import Transfer
+    from gyro_cosim.network.joining import Transfer
 
     plain = network.transfer
     monkeypatch.setattr(network, "transfer", lambda *a: Transfer(plain(*a).factor / 3, plain(*a).offset + 0.1))

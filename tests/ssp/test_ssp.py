@@ -254,9 +254,9 @@ def test_files_that_are_wrong_are_refused_with_file_element_and_rule(ssp: Ssp, i
          r"types must fit: a\.y is a real, b\.add an integer"),
         (elements(component("a", "output mode_out"), component("b", "input on")) + connections(connection("a.mode_out", "b.on")),
          r"types must fit: a\.mode_out is an enumeration, b\.on a boolean"),
-        (elements(component("a", "output count"), component("b", "input add"))
-         + connections(connection("a.count", "b.add", '<ssc:LinearTransformation factor="2"/>')),
-         r"must be of a real, a\.count is an integer"),
+        (elements(component("a", "output count"), component("b", "input text"))
+         + connections(connection("a.count", "b.text", '<ssc:LinearTransformation factor="2"/>')),
+         r"types must fit: a\.count is of type integer, b\.text of type string"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_the_fmus_is_refused(ssp: Ssp, inside: str, words: str) -> None:

@@ -40,7 +40,7 @@ def command(
         say(as_json, lambda: found, *_component_words(found))
     else:
         plan = named_system(name)
-        with Network(plan, [described_slave(c.name, c.source, c.implementation) for c in plan.components]) as network:
+        with Network(plan, [described_slave(c.name, c.source, c.implementation, c.given) for c in plan.components]) as network:
             found = system_document(network)
         say(as_json, lambda: found, *_system_words(found))
     return 0

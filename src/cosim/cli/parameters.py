@@ -96,7 +96,7 @@ def rows(plan: System, *, alone: bool = False) -> list[Row]:
     """Everything that can be set in a system, parameters first; arrays as a whole."""
     found = []
     for part in plan.components:
-        settable = described_slave(part.name, part.source, part.implementation).description.settable
+        settable = described_slave(part.name, part.source, part.implementation, part.given).description.settable
         arrays = {name for name, signal in settable.items() if signal.shape}
         sources = _sources(part.source)
         given = {**{n: v for n, v in part.bound.items() if n in settable}, **part.values}
@@ -107,7 +107,9 @@ def rows(plan: System, *, alone: bool = False) -> list[Row]:
             found.append(Row("" if alone else part.name, name, signal, value, name in given, sources.get(name, "")))
         for name in part.values:
             if name not in settable:
-                described_slave(part.name, part.source, part.implementation).description.start_values(part.name, part.values)
+                described_slave(part.name, part.source, part.implementation, part.given).description.start_values(
+                    part.name, part.values
+                )
     return sorted(found, key=lambda row: row.signal.kind != "parameter")
 
 

@@ -9,6 +9,7 @@ from ..network import Network
 from ..slaves import SlaveDescription
 from ..slaves.fmi.description import Description, Row, read
 from ..slaves.fmi.signals import by_variable, described
+from ..slaves.fmi.structure import STRUCTURAL
 from ..slaves.fmi.unpacked import FmuCache
 from ..slaves.signal import Scalar
 from ..systems import System
@@ -86,6 +87,9 @@ def packed(system: System, network: Network) -> tuple[Packed, ...]:
         model = read(location)
         given: list[tuple[Row, Scalar]] = []
         for row, values in by_variable({row.name: row for row in model.rows}, network.values[i]):
+            if row.causality == STRUCTURAL:
+                rule = "a packed system must leave structural parameters as they are, this one is given a value"
+                raise ValueError(f"{component.name}.{row.name}: {rule}")
             if row.shape or row.type not in GIVEN:
                 kind = f"array of {row.type}" if row.shape else row.type
                 rule = f"values of a packed system must be of {', '.join(GIVEN)}"

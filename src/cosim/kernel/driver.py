@@ -240,6 +240,7 @@ def fits(network: Network, algorithm: Algorithm) -> bool:
         and all(parts == 1 for parts in network.substeps)
         and not network.held.size
         and not network.tabled
+        and not network.texts
         and not network.loops
         and network.one_pass
     )

@@ -118,8 +118,9 @@ def open_network(
         for part in system.components:
             began = time.perf_counter()
             slave = open_slave(
-                part.name, part.source, in_process=in_process, isolate=isolate, cache=cache, implementation=part.implementation
-            )
+                part.name, part.source, in_process=in_process, isolate=isolate, cache=cache, implementation=part.implementation,
+                values=part.given,
+            )  # fmt: skip
             slaves.append(slave)
             _log.info("opened %s (%s) in %.3f s", part.name, part.source, time.perf_counter() - began)
         return Network(system, slaves, substeps=substeps)

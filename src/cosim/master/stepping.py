@@ -85,7 +85,7 @@ class Stepper:
                 self._script.adopt(self.state)
         self._fits = options.adaptive is None and driver.fits(network, algorithm)
         self._kernel: native.Kernel | None = None
-        self.without_kernel = ""
+        self.without_kernel = "strings or binaries are passed on in it" if network.texts else ""
         if self._fits and _pays(options.compiled, (grid.n - self.state.done) * len(network.slaves)):
             kernel = native.kernel()
             if isinstance(kernel, native.Kernel):

@@ -1,7 +1,10 @@
 """What wires slaves: whose output feeds which input, in which unit, in which order, and what depends on itself.
 
 network         the slaves of a system, opened and wired
-wiring          connections, conversions, start values
+wiring          connections, arrays, connectors, start values
+joining         types, units, transformations: whether an output fits an input
+inputs          the inputs of a slave from all outputs
+texts           strings and binaries
 projection      inputs of too high a degree
 driving         what open inputs follow: time series
 scripted        what a scenario changes: parameters, open inputs, connections

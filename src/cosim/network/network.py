@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from functools import partial
 from itertools import pairwise
 from time import perf_counter
 from types import TracebackType
@@ -14,9 +15,12 @@ from ..systems import Connection, System
 from .bonds import power_bonds
 from .driving import what_drives
 from .evaluation import Evaluation
+from .inputs import Inputs, first_guess
+from .joining import Transfer, transfer
 from .projection import projected
+from .texts import TextWires
 from .told import notes_of
-from .wiring import Inputs, Transfer, check_ports, connections, refuse_excluded, start_inputs, transfer
+from .wiring import check_ports, connections, refuse_excluded, start_inputs
 
 
 class Network:
@@ -47,6 +51,8 @@ class Network:
         Each algebraic loop spelled out, which outputs() solves; those of initialization mode, where they are others.
     notes : tuple of str
         What is to be told: the system's own notes, and values of parameter files that fit no variable.
+    texts : TextWires
+        The connections between strings or binaries; true where there are any.
     coupled, held : ndarray of int
         Places in Y that feed an input; places that are never extrapolated.
     driving : Driving
@@ -88,6 +94,7 @@ class Network:
                     self.feeds.setdefault(source, []).append((i, j))
                     joined.append((source, j, transfer(wire, signals[source], signal)))
             made.append(Inputs(joined, start_inputs(slave, self.values[i])))
+        self.texts = TextWires(self.slaves, wires)
         for end, wire in wires.items():
             slave = self.slaves[place[end[0]]]
             refuse_excluded(wire, 1, slave)
@@ -161,7 +168,9 @@ class Network:
 
     def outputs(self, Y: np.ndarray, t: float) -> np.ndarray:
         """All outputs at t (s), consistent with the inputs they cause; Y, which may be old, is written in place."""
-        return self._evaluation.outputs(Y, t)
+        self._evaluation.outputs(Y, t)
+        self.texts.settle(t, partial(self._evaluation.outputs, Y, t))
+        return Y
 
     def evaluate(self, i: int, Y: np.ndarray, t: float) -> None:
         """The outputs of slave i at t (s) for the inputs that Y gives it, written into Y."""
@@ -223,25 +232,13 @@ class Network:
         self._initial.recall()
         Y = np.zeros(len(self.names))
         for k in {*self._initial.looping, *self._evaluation.looping}:
-            Y[k] = self._where_to_begin(k)
+            output = next(s.outputs[k - part.start] for s, part in zip(self.slaves, self.slices, strict=True) if k < part.stop)
+            Y[k] = first_guess(output, self.feeds[k], self.slaves, self._inputs, self.values)
         self._initial.settle(Y, t)
+        self.texts.settle(t, partial(self._initial.settle, Y, t))
         for slave in self.slaves:
             slave.finish()
         return self.outputs(Y, t)
-
-    def _where_to_begin(self, k: int) -> float:
-        """A first value for output k of an algebraic loop: as given to an input that it feeds, else declared, else zero."""
-        declared = [y for slave in self.slaves for y in slave.outputs][k].start
-        for i, j in self.feeds[k]:
-            signal, inputs = self.slaves[i].inputs[j], self._inputs[i]
-            factor, offset = next((factor, offset) for _, place, factor, offset in inputs.joined if place == j)
-            if factor == 0.0 or j in inputs.tables:
-                continue
-            if signal.name in self.values[i]:
-                return float((inputs.start[j] - offset) / factor)
-            if declared is None and signal.start is not None:
-                declared = float((inputs.start[j] - offset) / factor)
-        return declared or 0.0
 
     def _evaluate(self) -> None:
         """How outputs are made consistent, at communication points and in initialization mode."""

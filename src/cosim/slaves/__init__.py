@@ -7,12 +7,24 @@ fmi/            FMUs
 processes/      what runs elsewhere
 """
 
-from .base import Counts, Restorable, Serializable, Slave, StateSpace, counts, linearisation, restorable, serializable, tunable
+from .base import (
+    Counts,
+    Restorable,
+    Serializable,
+    Slave,
+    StateSpace,
+    counts,
+    linearisation,
+    restorable,
+    serializable,
+    texting,
+    tunable,
+)  # fmt: skip
 from .description import SlaveDescription
 from .opening import open_fmu, open_slave
-from .signal import Signal, Value
+from .signal import Signal, Text, Value
 
 __all__ = [
-    "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Value", "counts",
-    "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "tunable",
+    "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text", "Value", "counts",
+    "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "texting", "tunable",
 ]  # fmt: skip

@@ -7,7 +7,7 @@ Every slave is called in this order, and in no other:
     3. `output` may now be asked again and again, until the inputs and outputs of all slaves agree.
     4. `finish` leaves initialization mode.
     5. `output` and `step` follow in any number. A step begins where the last one ended; before it, `output` may be asked with
-       other inputs at the same time.
+       other inputs at the same time. From 3 on, `texts` and `give_texts` may stand wherever `output` may.
     6. Between two calls of 5 a slave that can may `save` its state, `restore` a saved one (the next step then begins there),
        `discard` one, `serialize`, be tuned or be linearised.
     7. `begin` starts the next run, from 2. `close` ends it all.
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from .description import SlaveDescription
-from .signal import Signal, Value
+from .signal import Signal, Text, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +140,18 @@ class Tunable(Slave):
         """Give parameters new values, by name, at the present time `t` (s), between two steps."""
 
 
+class Texting(Slave):
+    """A slave with strings or binaries that can be connected; ask with texting()."""
+
+    @abstractmethod
+    def texts(self, t: float) -> tuple[Text, ...]:
+        """Its text outputs at the present time t (s), in the order of the description."""
+
+    @abstractmethod
+    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        """Text inputs by name, at the present time t (s); whether one of them is another than before."""
+
+
 class Counting(Slave):
     """A slave that counts; ask with counts()."""
 
@@ -167,6 +179,12 @@ def linearisation(slave: Slave) -> StateSpace | None:
 def tunable(slave: Slave) -> Tunable | None:
     """`slave`, if any of its parameters may change on the way; else None."""
     return slave if isinstance(slave, Tunable) and slave.description.tunable else None
+
+
+def texting(slave: Slave) -> Texting | None:
+    """`slave`, if it has texts that can be connected; else None."""
+    d = slave.description
+    return slave if isinstance(slave, Texting) and (d.text_inputs or d.text_outputs) else None
 
 
 def counts(slave: Slave) -> Counts:

@@ -1,13 +1,14 @@
 """A slave that only says what it is: to look at a system without loading the code of its FMUs."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from ..systems import catalogue
 from .base import Slave
 from .description import SlaveDescription
-from .signal import Value
+from .signal import Given, Value
 
 
 class DescribedSlave(Slave):
@@ -39,7 +40,9 @@ class DescribedSlave(Slave):
         return RuntimeError(f"component {self.name!r} is only described here, it cannot run")
 
 
-def described_slave(name: str, source: str, implementation: str = "") -> Slave:
+def described_slave(
+    name: str, source: str, implementation: str = "", values: Mapping[str, Given] = MappingProxyType({})
+) -> Slave:
     """The slave `name` of a source as far as it can be told without running foreign code.
 
     Parameters
@@ -51,6 +54,8 @@ def described_slave(name: str, source: str, implementation: str = "") -> Slave:
         name, whose component is made.
     implementation : str
         The interface of an FMU; else the one that it runs by.
+    values : mapping
+        What it is given; structural parameters among it decide on sizes of arrays.
     """
     if source.startswith(("process:", "tcp://")):
         from .processes.remote import RemoteSlave
@@ -59,8 +64,9 @@ def described_slave(name: str, source: str, implementation: str = "") -> Slave:
     if source.endswith(".fmu"):
         from .fmi.description import read
         from .fmi.signals import described
+        from .fmi.structure import configured
 
-        return DescribedSlave(name, described(read(source, implementation)))
+        return DescribedSlave(name, described(configured(read(source, implementation), name, values)))
     from .in_process import ComponentSlave
 
     return ComponentSlave(name, catalogue.component(source))

@@ -25,7 +25,9 @@ class SlaveDescription:
     initial_feedthrough : ndarray of bool, shape (n_y, n_u)
         The same in initialization mode; where None is given, no other.
     excluded : mapping of str to str
-        Name and type of variables that take no part in connections: strings, clocks.
+        Name and type of variables that take no part in connections.
+    text_inputs, text_outputs : tuple of Signal
+        Strings and binaries, which are passed on at communication points.
     input_degree : int
         Highest degree of an input polynomial that the slave follows: 0, 1 or 2.
     can_restore, can_serialize : bool
@@ -47,6 +49,8 @@ class SlaveDescription:
     can_serialize: bool = False
     counts_events: bool = False
     tunable: frozenset[str] = frozenset()
+    text_inputs: tuple[Signal, ...] = ()
+    text_outputs: tuple[Signal, ...] = ()
 
     def __post_init__(self) -> None:
         if self.initial_feedthrough is None:

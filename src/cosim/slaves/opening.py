@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from ..systems import catalogue
 from .base import Slave
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from .fmi.fmu import FmuSlave
     from .fmi.unpacked import FmuCache
+    from .signal import Given
 
 
 def open_slave(
     name: str, source: str, *, in_process: bool = False, isolate: bool = False, cache: FmuCache | None = None,
-    implementation: str = "",
+    implementation: str = "", values: Mapping[str, Given] = MappingProxyType({}),
 ) -> Slave:  # fmt: skip
     """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
     With `isolate` an FMU runs in a process of its own, and cannot take this one down.
     cache : the FMUs that are open already, so that slaves of the same file share one copy.
+    values : what it will be given at the start; structural parameters must be known here, for the sizes of arrays.
     implementation : "CoSimulation" or "ModelExchange", by which an FMU shall run; else Co-Simulation where it offers that.
     """
     if implementation and (source.startswith(("process:", "tcp://")) or (in_process and not source.endswith(".fmu"))):
@@ -41,11 +46,20 @@ def open_slave(
     if isolate:
         from .processes.isolated import IsolatedSlave
 
-        return IsolatedSlave(name, location, implementation=implementation)
-    return open_fmu(name, location, cache, implementation)
+        sizes: Mapping[str, Given] = {}
+        if values:
+            from .fmi.description import load
+            from .fmi.structure import structural
+
+            sizes = structural(load(location), name, values)
+        return IsolatedSlave(name, location, implementation=implementation, sizes=sizes)
+    return open_fmu(name, location, cache, implementation, values)
 
 
-def open_fmu(name: str, location: str, cache: FmuCache | None = None, implementation: str = "") -> Slave:
+def open_fmu(
+    name: str, location: str, cache: FmuCache | None = None, implementation: str = "",
+    values: Mapping[str, Given] = MappingProxyType({}),
+) -> Slave:  # fmt: skip
     """The slave `name` for the FMU at `location`, `FILE` or `ARCHIVE#MEMBER`; ValueError if it cannot be used."""
     from .fmi.unpacked import FmuCache
 
@@ -54,7 +68,7 @@ def open_fmu(name: str, location: str, cache: FmuCache | None = None, implementa
     if opened.model.version == "3":
         from .fmi.fmi3 import Fmi3Slave
 
-        fmu = Fmi3Slave(name, opened)
+        fmu = Fmi3Slave(name, opened, values)
     else:
         from .fmi.fmi2 import Fmi2Slave
 

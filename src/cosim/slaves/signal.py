@@ -10,7 +10,8 @@ from gyro_cosim.component.units import Unit
 from ..systems.quantities import Quantity, meaning, parsed
 
 Type = Literal["real", "integer", "boolean", "enumeration", "string", "binary"]
-Scalar = float | str | bytes
+Text = str | bytes  # of a string, of a binary
+Scalar = float | Text
 Given = str | float | bool | bytes | Quantity | Sequence[str | float | bool | bytes]  # what a system may say
 Value = Scalar | tuple[Scalar, ...]  # what a slave is told
 

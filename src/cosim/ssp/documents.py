@@ -203,7 +203,7 @@ def conversion_of(found: Document, element: etree._Element, start: Unit | None =
     linear = element.find("ssc:LinearTransformation", NAMESPACES)
     if linear is not None:
         factor, offset = found.number(linear, "factor", "1"), found.number(linear, "offset", "0")
-        return Conversion(start, end, factor, offset, suppress)
+        return Conversion(start, end, factor, offset, suppress, explicit=True)
     for kind in ("Boolean", "Integer", "Enumeration"):
         mapping = element.find(f"ssc:{kind}MappingTransformation", NAMESPACES)
         if mapping is not None:

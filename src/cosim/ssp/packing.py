@@ -14,10 +14,11 @@ from gyro_cosim.component.units import BASE, Unit
 from gyro_cosim.component.zip_files import write_zip
 
 from ..errors import unknown
-from ..network.wiring import transfer
+from ..network.joining import transfer
 from ..slaves import Signal, SlaveDescription, Value
 from ..slaves.fmi.description import read
 from ..slaves.fmi.signals import described
+from ..slaves.fmi.structure import configured
 from ..systems import Connection, System, SystemComponent, archive, catalogue
 from ..systems.quantities import meaning
 from .rules import ANNOTATION, NAMESPACES
@@ -52,7 +53,7 @@ def pack(system: System, file: Path) -> Path:
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
     system.refuse_driven("a packed system")
     fmus, places = _fmus(system)
-    descriptions = {component.name: described(read(fmus[component.source])) for component in system.components}
+    descriptions = {c.name: described(configured(read(fmus[c.source]), c.name, c.given)) for c in system.components}
     units = _units(
         s
         for description in descriptions.values()
@@ -193,7 +194,7 @@ def _connection(connections: etree._Element, wire: Connection, descriptions: Map
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
     )  # fmt: skip
-    plain = all((h.factor, h.offset, h.suppress, h.table) == (1.0, 0.0, False, ()) for h in wire.conversions)
+    plain = all((h.factor, h.offset, h.suppress, h.table, h.explicit) == (1.0, 0.0, False, (), False) for h in wire.conversions)
     if plain:
         return
     a = next(s for s in descriptions[wire.start[0]].outputs if s.name == wire.start[1])
@@ -206,6 +207,8 @@ def _connection(connections: etree._Element, wire: Connection, descriptions: Map
     kind = "Boolean" if a.type == b.type == "boolean" else "Integer"
     mapping = _add(element, "ssc", f"{kind}MappingTransformation")
     for source, target in total.table.items():
+        if not float(target).is_integer():
+            raise ValueError(f"connection to {'.'.join(wire.end)}: a mapping in SSP must be to whole numbers, got {target:g}")
         pair = [str(bool(n)).lower() if kind == "Boolean" else str(int(n)) for n in (source, target)]
         _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
 

@@ -60,6 +60,11 @@ class SystemComponent:
         if self.implementation not in ("", "CoSimulation", "ModelExchange"):
             raise ValueError(f"implementation must be CoSimulation or ModelExchange, got {self.implementation!r}")
 
+    @property
+    def given(self) -> dict[str, Any]:
+        """All values by name, `values` before `bound`."""
+        return {**self.bound, **self.values}
+
 
 @dataclass(frozen=True)
 class Conversion:
@@ -75,6 +80,8 @@ class Conversion:
         Whether there is no conversion between units.
     table : tuple of (float, float)
         (source, target) pairs for numbers that stand for booleans, integers or enumerations.
+    explicit : bool
+        Whether the linear transformation is stated, even as factor 1 and offset 0: types may then differ.
     """
 
     start: Unit | None = None
@@ -83,6 +90,7 @@ class Conversion:
     offset: float = 0.0
     suppress: bool = False
     table: tuple[tuple[float, float], ...] = ()
+    explicit: bool = False
 
 
 @dataclass(frozen=True)

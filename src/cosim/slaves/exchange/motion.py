@@ -9,6 +9,7 @@ There the FMU goes through event mode until its discrete states have settled, an
 where a continuous input jumps, and after each save and restore, so that a repeated step repeats the bits.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NoReturn
 
@@ -182,6 +183,14 @@ class Motion:
         discrete = tuple(u[self._inputs.discrete].tolist())
         self.known = replace(self.known, note=replace(note, events=note.events + 1, discrete=discrete))
         self._settle(t, h)
+
+    def through_event(self, change: Callable[[], None], t: float) -> None:
+        """Through event mode at t (s), where `change` is done."""
+        self._calls.enter_event_mode(self._instance, t, 0.0)
+        change()
+        note = self.known.note
+        self.known = replace(self.known, note=replace(note, events=note.events + 1))
+        self._settle(t, 0.0)
 
     def _settle(self, t: float, h: float, *, told: bool = False) -> None:
         """In event mode: update until nothing changes, then on in continuous-time mode. told : its nominal values are new."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting
 from ..fmi.events import EventState, without_memory
 from ..fmi.fmu import FmuSlave
 from ..fmi.log import Log
-from ..signal import Value
+from ..signal import Text, Value
 from .functions import Functions
 from .inputs import Inputs
 from .motion import Known, Motion
@@ -19,7 +19,7 @@ from .motion import Known, Motion
 TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 
 
-class ExchangeSlave(Serializable, Linearisable, Counting):
+class ExchangeSlave(Serializable, Linearisable, Counting, Texting):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
     tolerance : relative, of the integration; None: what the FMU's DefaultExperiment says, else TOLERANCE.
@@ -77,6 +77,17 @@ class ExchangeSlave(Serializable, Linearisable, Counting):
         self._moving.step(U, t, h)
         self._t = t + h
 
+    def texts(self, t: float) -> tuple[Text, ...]:
+        return self._fmu.texts(t)
+
+    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        if self._motion is None:
+            return self._fmu.give_texts(texts, t)
+        rows = self._fmu.changed_texts(texts)
+        if rows:
+            self._motion.through_event(lambda: self._fmu.write_texts(rows, t), t)
+        return bool(rows)
+
     @property
     def _moving(self) -> Motion:
         assert self._motion is not None  # by the order of calls
@@ -129,7 +140,7 @@ class ExchangeSlave(Serializable, Linearisable, Counting):
         (self._t,) = struct.unpack("<d", data[-8:])
         n_z, data = len(motion.known.positive), data[:-8]
         positive = tuple(bool(b) for b in data[len(data) - n_z :])
-        held, note = EventState.split(data[: len(data) - n_z], len(motion.known.note.discrete))
+        held, note = EventState.split(data[: len(data) - n_z])
         if self._by_states:
             motion.put_back(self._t, np.frombuffer(held))
         else:

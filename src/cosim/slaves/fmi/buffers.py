@@ -66,3 +66,8 @@ def groups(rows: Sequence[Row], types: Mapping[str, tuple[Any, str]], prefix: st
         places.setdefault(suffix, []).extend(range(count, count + row.size))
         count += row.size
     return [group(members[suffix], places[suffix], types, prefix, bind) for suffix in members]
+
+
+def references(parts: Sequence[Group]) -> np.ndarray:
+    """The value references of several groups, for C code."""
+    return np.array([row.reference for part in parts for row in part.rows], dtype=np.uint32)

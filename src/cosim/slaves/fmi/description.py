@@ -10,6 +10,7 @@ from gyro_cosim.component.units import Unit
 
 from ...systems import archive
 from ...systems.quantities import defined
+from .model_structure import dependencies_2, dependencies_3, states_2, states_3
 from .schema import judged
 
 FMI3_TYPES = (
@@ -19,6 +20,7 @@ FMI3_TYPES = (
 MEMBER = "modelDescription.xml"
 LARGEST = 1_000_000  # elements of an array
 REAL = ("Real", "Float64", "Float32")
+TEXTS = ("String", "Binary")
 CO_SIMULATION, MODEL_EXCHANGE = "CoSimulation", "ModelExchange"  # FMI's interfaces, as the elements are called
 
 
@@ -27,6 +29,7 @@ class Row:
     """A variable. `type` as FMI calls it; `start` one text per element, in the order of FMI's arrays; `shape` () for a scalar.
 
     items : names and values of an enumeration. display : the unit in which people read it; nominal : its usual size.
+    sized_by : for each dimension the value reference of the structural parameter that gives it, None where it is fixed.
     """
 
     name: str
@@ -46,6 +49,7 @@ class Row:
     intermediate: bool
     display: str = ""
     nominal: float | None = None
+    sized_by: tuple[int | None, ...] = ()
 
     @property
     def size(self) -> int:
@@ -55,9 +59,9 @@ class Row:
     @property
     def settable(self) -> bool:
         """Whether it may be given a value before the run."""
-        if self.variability == "constant" or self.causality in ("independent", "structuralParameter") or self.type == "Clock":
+        if self.variability == "constant" or self.causality == "independent" or self.type == "Clock":
             return False
-        return self.causality in ("parameter", "input") or self.initial in ("exact", "approx")
+        return self.causality in ("parameter", "structuralParameter", "input") or self.initial in ("exact", "approx")
 
 
 @dataclass(frozen=True)
@@ -140,9 +144,9 @@ def parse(file: str, data: bytes) -> Description:
     try:
         units = _units(root)
         rows = _rows_3(root, units) if major == "3" else _rows_2(root, units)
-        listed = _dependencies_3 if major == "3" else _dependencies_2
+        listed = dependencies_3 if major == "3" else dependencies_2
         dependencies, initial = listed(root, rows, "Output"), listed(root, rows, "InitialUnknown")
-        states = _states_3(root, rows) if major == "3" else _states_2(root, rows)
+        states = states_3(root, rows) if major == "3" else states_2(root, rows)
     except (KeyError, IndexError, ValueError) as error:
         what = str(error) if isinstance(error, ValueError) else f"it refers to {error}, which is not there"
         raise ValueError(f"{where}: {what}") from None
@@ -221,7 +225,7 @@ def _rows_3(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row
         shape = tuple(int(d.get("start") or starts[d.get("valueReference")]) for d in dimensions)
         if prod(shape) > LARGEST:
             raise ValueError(f"variable {element.get('name')!r} must have at most {LARGEST} elements, has {prod(shape)}")
-        if element.tag in ("String", "Binary"):
+        if element.tag in TEXTS:
             start = tuple(s.get("value", "") for s in element.iterfind("Start"))
         else:
             start = tuple(element.get("start", "").split())
@@ -232,6 +236,8 @@ def _rows_3(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row
         parameter = element.get("causality") in ("parameter", "calculatedParameter", "structuralParameter")
         usual = "fixed" if parameter else "continuous" if element.tag in REAL else "discrete"
         row = _row(element, element, element.tag, of, units, element.get("variability", usual), start, shape)
+        sized_by = tuple(int(d.get("valueReference", "0")) if d.get("start") is None else None for d in dimensions)
+        row = replace(row, sized_by=sized_by)
         rows.append(row)
         for alias in element.iterfind("Alias"):
             rows.append(_row_alias(row, alias))
@@ -242,47 +248,3 @@ def _row_alias(row: Row, alias: etree._Element) -> Row:
     """The same variable under another name: it can be given a value, but the outputs list it once."""
     causality = "local" if row.causality == "output" else row.causality
     return Row(**{**row.__dict__, "name": alias.get("name", ""), "causality": causality if causality != "input" else "local"})
-
-
-def _states_2(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
-    elements = root.findall("ModelVariables/ScalarVariable")
-    pairs = []
-    for element in root.iterfind("ModelStructure/Derivatives/Unknown"):
-        place = int(element.get("index", "0")) - 1
-        real = elements[place].find("Real") if 0 <= place < len(elements) else None
-        state = int(real.get("derivative", "0")) - 1 if real is not None else -1
-        if not 0 <= state < len(rows):
-            raise ValueError(f"ModelStructure lists {place + 1} as a derivative, which names no state")
-        pairs.append((rows[state].reference, rows[place].reference))
-    return tuple(pairs)
-
-
-def _states_3(root: etree._Element, rows: tuple[Row, ...]) -> tuple[tuple[int, int], ...]:
-    of = {e.get("valueReference"): e.get("derivative") for e in root.findall("ModelVariables/*") if e.get("derivative")}
-    listed = [e.get("valueReference") for e in root.iterfind("ModelStructure/ContinuousStateDerivative")]
-    scalar = {row.reference for row in rows if row.size == 1}
-    pairs = [(int(of[r] or -1), int(r or -1)) for r in listed if r in of]
-    return tuple(pair for pair in pairs if len(pairs) == len(listed) and set(pair) <= scalar)
-
-
-def _dependencies_2(root: etree._Element, rows: tuple[Row, ...], kind: str) -> dict[str, tuple[str, ...] | None]:
-    def named(index: str) -> str:
-        if not 1 <= int(index) <= len(rows):
-            raise ValueError(f"ModelStructure refers to variable {index}, it has {len(rows)}")
-        return rows[int(index) - 1].name
-
-    dependencies: dict[str, tuple[str, ...] | None] = {}
-    for element in root.iterfind(f"ModelStructure/{kind}s/Unknown"):
-        stated = element.get("dependencies")
-        dependencies[named(element.get("index", "0"))] = None if stated is None else tuple(named(i) for i in stated.split())
-    return dependencies
-
-
-def _dependencies_3(root: etree._Element, rows: tuple[Row, ...], kind: str) -> dict[str, tuple[str, ...] | None]:
-    names = {row.reference: row.name for row in reversed(rows)}
-    dependencies: dict[str, tuple[str, ...] | None] = {}
-    for element in root.iterfind(f"ModelStructure/{kind}"):
-        stated = element.get("dependencies")
-        known = None if stated is None else tuple(names[int(reference)] for reference in stated.split())
-        dependencies[names[int(element.get("valueReference", "-1"))]] = known
-    return dependencies

@@ -7,11 +7,12 @@ sampled part count, in this process or as an FMU.
 """
 
 import ctypes
-import struct
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..signal import Text
 from .description import Description
 from .library import Library
 
@@ -23,24 +24,31 @@ class EventState:
     """What the master has learnt from an FMU beside its state, saved and restored with it.
 
     events : handled since the start. due : when the next time event is (s). ends : it wants the run to end.
-    discrete : its discrete inputs, as they were set last.
+    discrete : its discrete inputs, as they were set last. texts : names and values of its text inputs, in the same way.
     """
 
     events: int = 0
     due: float = float("inf")
     ends: bool = False
     discrete: tuple[float, ...] = ()
+    texts: tuple[tuple[str, Text], ...] = ()
 
     def packed(self) -> bytes:
-        """As bytes, whose number depends on that of the discrete inputs only."""
-        return struct.pack(f"<qd?{len(self.discrete)}d", self.events, self.due, self.ends, *self.discrete)
+        """As bytes, the number of which stands in the last four."""
+        texts = [(name, text if isinstance(text, str) else [text.hex()]) for name, text in self.texts]
+        data = json.dumps([self.events, self.due, self.ends, self.discrete, texts]).encode()
+        return data + len(data).to_bytes(4, "little")
 
     @staticmethod
-    def split(data: bytes, discrete: int) -> "tuple[bytes, EventState]":
-        """What stands before the note of an FMU with so many discrete inputs, and the note."""
-        size = struct.calcsize(f"<qd?{discrete}d")
-        events, due, ends, *values = struct.unpack(f"<qd?{discrete}d", data[-size:])
-        return data[:-size], EventState(events, due, ends, tuple(values))
+    def split(data: bytes) -> "tuple[bytes, EventState]":
+        """What stands before the note of an FMU, and the note."""
+        size = int.from_bytes(data[-4:], "little")
+        try:
+            events, due, ends, discrete, texts = json.loads(data[-4 - size : -4])
+        except (ValueError, TypeError):
+            raise ValueError("a state must end with what the master knew of its FMU, this one does not") from None
+        told = tuple((name, text if isinstance(text, str) else bytes.fromhex(text[0])) for name, text in texts)
+        return data[: -4 - size], EventState(events, due, ends, tuple(discrete), told)
 
 
 def used(description: Description) -> bool:

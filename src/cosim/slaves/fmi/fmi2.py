@@ -2,14 +2,13 @@
 
 import ctypes
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
-from ..signal import Value
-from .description import Row
+from .buffers import references
 from .fmu import FmuSlave
 from .library import POINTER, REFERENCES, SIZE, Library
 from .raw import RawFmu
@@ -81,12 +80,6 @@ class Fmi2Slave(FmuSlave):
         self.check(self._exit(self._instance), "fmi2ExitInitializationMode", t, 0.0)
         self._raw = self._make_raw()
 
-    def _set_text(self, row: Row, values: Sequence[Value]) -> None:
-        set_ = self._opened.library.function("fmi2SetString", POINTER, REFERENCES, SIZE, POINTER)
-        texts = (ctypes.c_char_p * 1)(str(values[0]).encode())
-        status = set_(self._instance, (ctypes.c_uint * 1)(row.reference), 1, texts)
-        self.check(status, f"fmi2SetString of {row.name!r}", 0.0, 0.0)
-
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         instance = self._instance
         if self._u.size:
@@ -134,12 +127,12 @@ class Fmi2Slave(FmuSlave):
         return RawFmu(
             version=2,
             instance=self._instance,
-            set_real=self._address("fmi2SetReal"),
-            get_real=self._address("fmi2GetReal"),
-            do_step=self._address("fmi2DoStep"),
-            set_derivatives=self._address("fmi2SetRealInputDerivatives") if degree and self._n_smooth else 0,
-            u_refs=self._references(self._input_groups),
-            y_refs=self._references(self._output_groups),
+            set_real=self.library.address("fmi2SetReal"),
+            get_real=self.library.address("fmi2GetReal"),
+            do_step=self.library.address("fmi2DoStep"),
+            set_derivatives=self.library.address("fmi2SetRealInputDerivatives") if degree and self._n_smooth else 0,
+            u_refs=references(self._input_groups),
+            y_refs=references(self._output_groups),
             du_refs=np.array(self._du_refs, dtype=np.uint32),
             du_orders=np.array(self._du_orders, dtype=np.int32),
             no_set_state=1 - self.description.can_restore,

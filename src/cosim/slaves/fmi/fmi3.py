@@ -15,6 +15,7 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from ..signal import Value
 from . import events
+from .buffers import references
 from .description import Row
 from .fmu import FmuSlave
 from .intermediate_update import IntermediateInputs, asked_for
@@ -104,20 +105,6 @@ class Fmi3Slave(FmuSlave):
         self._answers.begin(self._instance, np.zeros((3, 0)), t)
         self._raw = self._make_raw()
 
-    def _set_text(self, row: Row, values: Sequence[Value]) -> None:
-        reference, n = (ctypes.c_uint * 1)(row.reference), len(values)
-        if row.type == "String":
-            texts = (ctypes.c_char_p * n)(*(str(value).encode() for value in values))
-            set_ = self._opened.library.function("fmi3SetString", POINTER, REFERENCES, SIZE, POINTER, SIZE)
-            status = set_(self._instance, reference, 1, texts, n)
-        else:
-            blocks = [value if isinstance(value, bytes) else b"" for value in values]
-            sizes = (SIZE * n)(*map(len, blocks))
-            data = (ctypes.c_char_p * n)(*blocks)
-            set_ = self._opened.library.function("fmi3SetBinary", POINTER, REFERENCES, SIZE, POINTER, POINTER, SIZE)
-            status = set_(self._instance, reference, 1, sizes, data, n)
-        self.check(status, f"fmi3Set{row.type} of {row.name!r}", 0.0, 0.0)
-
     def tune(self, values: Mapping[str, Value], t: float) -> None:
         """In event mode where the FMU has one, as the standard wants it there."""
         if self._event_mode is None:
@@ -143,6 +130,16 @@ class Fmi3Slave(FmuSlave):
         self._set_inputs(u, t, h)
         self._learn(replace(self._note, events=self._note.events + 1, discrete=tuple(u[self._discrete].tolist())))
         self._leave_event_mode(mode, t, h)
+
+    def write_texts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
+        """They are discrete inputs, too."""
+        if self._event_mode is None or self._mode:
+            super().write_texts(rows, t)
+            return
+        self._event_mode.enter(self._instance, t, 0.0)
+        super().write_texts(rows, t)
+        self._learn(replace(self._note, events=self._note.events + 1))
+        self._leave_event_mode(self._event_mode, t, 0.0)
 
     def _leave_event_mode(self, mode: events.EventMode, t: float, h: float) -> None:
         due, ends, settled = mode.leave(self._instance, t, h)
@@ -251,12 +248,12 @@ class Fmi3Slave(FmuSlave):
         return RawFmu(
             version=3,
             instance=self._instance,
-            set_real=self._address("fmi3SetFloat64"),
-            get_real=self._address("fmi3GetFloat64"),
-            do_step=self._address("fmi3DoStep"),
+            set_real=self.library.address("fmi3SetFloat64"),
+            get_real=self.library.address("fmi3GetFloat64"),
+            do_step=self.library.address("fmi3DoStep"),
             set_derivatives=0,
-            u_refs=self._references(self._input_groups),
-            y_refs=self._references(self._output_groups),
+            u_refs=references(self._input_groups),
+            y_refs=references(self._output_groups),
             du_refs=none,
             du_orders=none.astype(np.int32),
             no_set_state=1 - self.description.can_restore,

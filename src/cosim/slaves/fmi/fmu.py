@@ -3,36 +3,42 @@
 The run calls the FMU's functions directly, on arrays that are bound once.
 """
 
-import ctypes
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...errors import OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Tunable
-from ..signal import Value
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting, Tunable
+from ..signal import Given, Text, Value
 from .buffers import Group, group, groups
-from .description import Row
+from .description import TEXTS, Row
 from .events import EventState
 from .fmu_state import States
 from .library import POINTER, STATUS, Library
+from .linearisation import derivatives
 from .log import Log
 from .raw import Direct, RawFmu
-from .signals import by_variable, carried, names
+from .signals import by_variable, carried, described, names, texts
+from .structure import STRUCTURAL, configured, in_configuration_mode, refuse_other_sizes
+from .texts import Texts, changed_texts
 from .unpacked import OpenedFmu
 
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
-class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
+class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
     """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
     model : the FMU's own description. log : what the FMU says.
     _start, _mode : when the run begins, and what is to be said of the mode that the FMU is in.
     _note : what is known of the FMU beside its state. _put : gives it its inputs, as _put(u, t, h).
     _told : highest order of input derivatives that the FMU has heard of.
+    values : given at the start, of which structural parameters count already here.
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
     """
 
@@ -40,9 +46,9 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
     prefix: ClassVar[str]
     state: ClassVar[str]
 
-    def __init__(self, name: str, opened: OpenedFmu) -> None:
-        self.name, self._opened, self.model = name, opened, opened.model
-        self.description = opened.description
+    def __init__(self, name: str, opened: OpenedFmu, values: Mapping[str, Given] = MappingProxyType({})) -> None:
+        self.name, self._opened, self.model = name, opened, configured(opened.model, name, values)
+        self.description = opened.description if self.model is opened.model else described(self.model)
         self.log = Log(name)
         opened.logs[id(self)] = self.log
         self._instance: Any = None
@@ -82,10 +88,6 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
         """Out of it, ready for steps."""
 
     @abstractmethod
-    def _set_text(self, row: Row, values: Sequence[Value]) -> None:
-        """Give a string or binary variable its values."""
-
-    @abstractmethod
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
         """The calls get(instance) and set(instance) of variables of one type."""
 
@@ -123,16 +125,9 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
         function, prefix, state = self._opened.library.function, self.prefix, self.state
         self._terminate = function(f"{prefix}Terminate", POINTER)
         self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
+        self._texts = Texts(self._opened.library, prefix, self.check)
         if self.description.can_restore:
             self._states = States(self._opened.library, prefix, state, self.check, serialize=self.description.can_serialize)
-
-    # ---- what C code needs, see RawFmu
-
-    def _address(self, name: str) -> int:
-        return ctypes.cast(self._opened.library.function(name), POINTER).value or 0
-
-    def _references(self, parts: Sequence[Group]) -> np.ndarray:
-        return np.array([row.reference for part in parts for row in part.rows], dtype=np.uint32)
 
     # ---- the run
 
@@ -142,8 +137,12 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
         self._instance = self._instantiate()
         if self._instance is None:
             raise SlaveError(self.name, t, 0.0, f"{self.prefix}Instantiate gave no instance", self.log.said())
-        for row, given in by_variable(self._rows, values):
-            self._set_start(row, given, t)
+        rows = list(by_variable(self._rows, values))
+        structure = [(row, given) for row, given in rows if row.causality == STRUCTURAL]
+        refuse_other_sizes(self.name, structure)
+        if structure:
+            in_configuration_mode(self.library, self._instance, self.check, t, partial(self._set_starts, structure, t))
+        self._set_starts([(row, given) for row, given in rows if row.causality != STRUCTURAL], t)
         self._enter_initialization(t, stop)
         self._start, self._mode = t, INITIALIZATION
         self._learn(EventState())
@@ -153,13 +152,14 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
         self._leave_initialization(self._start)
         self._running, self._told = True, 0
 
-    def _set_start(self, row: Row, values: list[Value], t: float) -> None:
-        if row.type in ("String", "Binary"):
-            self._set_text(row, values)
-            return
-        one = group([row], (), self.types, self.prefix, self._moves)
-        one.buffer[:] = values
-        self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
+    def _set_starts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
+        for row, values in rows:
+            if row.type in TEXTS:
+                self._texts.write(self._instance, row, values, t)
+                continue
+            one = group([row], (), self.types, self.prefix, self._moves)
+            one.buffer[:] = values
+            self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
 
     def tune(self, values: Mapping[str, Value], t: float) -> None:
         for name, value in values.items():
@@ -183,10 +183,9 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
                 raise SlaveError(self.name, t, 0.0, reason, self.log.said())
             self._y[part.places] = part.buffer
         if not np.isfinite(self._y).all():
-            for signal, value in zip(self.outputs, self._y, strict=True):
-                if not np.isfinite(value):
-                    reason = f"output {signal.name!r} must be finite{self._mode}, got {value}"
-                    raise OutputError(self.name, t, 0.0, reason, self.log.said())
+            k = int(np.argmin(np.isfinite(self._y)))
+            reason = f"output {self.outputs[k].name!r} must be finite{self._mode}, got {self._y[k]}"
+            raise OutputError(self.name, t, 0.0, reason, self.log.said())
         return self._y.copy()
 
     def _set_inputs(self, u: np.ndarray, t: float, h: float) -> None:
@@ -196,22 +195,30 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
             if status > 1:
                 self._moved(status, part.label, t, h)
 
+    def texts(self, t: float) -> tuple[Text, ...]:
+        rows = texts(self.model, "output")
+        return tuple(value for row in rows for value in self._texts.read(self._instance, row, t))
+
+    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        rows = self.changed_texts(texts)
+        if rows:
+            self.write_texts(rows, t)
+        return bool(rows)
+
+    def changed_texts(self, texts: Mapping[str, Text]) -> list[tuple[Row, list[Value]]]:
+        """The text inputs to be written, whole, since `texts` has other ones than before; it counts as done."""
+        rows, after = changed_texts(self._rows, dict(self._note.texts), texts)
+        self._learn(replace(self._note, texts=after))
+        return rows
+
+    def write_texts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
+        """Give text inputs their values at t (s)."""
+        for row, values in rows:
+            self._texts.write(self._instance, row, values, t)
+
     def state_space(self) -> StateSpace | None:
-        states = self.model.states
-        plain = all(row.size == 1 for part in (*self._input_groups, *self._output_groups) for row in part.rows)
-        if not self._differentiable or not plain or any(not s.smooth for s in (*self.inputs, *self.outputs)):
-            return None
-        if self._output_groups and len(self._output_groups) != 1:
-            return None
-        n_x, n_u, n_y = len(states), len(self.inputs), len(self.outputs)
-        unknowns = [derivative for _, derivative in states] + [self._rows[s.name].reference for s in self.outputs]
-        knowns = [state for state, _ in states] + [self._rows[s.name].reference for s in self.inputs]
-        M, column = np.zeros((n_x + n_y, n_x + n_u)), np.zeros(n_x + n_y)
-        for k, known in enumerate(knowns if unknowns else []):
-            if self._sensitivity(unknowns, known, column) > 1:
-                return None  # states as knowns are beyond what the standard asks of Co-Simulation
-            M[:, k] = column
-        return StateSpace(M[:n_x, :n_x], M[:n_x, n_x:], M[n_x:, :n_x], M[n_x:, n_x:])
+        groups = self._input_groups, self._output_groups
+        return derivatives(self.model, self.description, *groups, self._sensitivity) if self._differentiable else None
 
     # ---- states
 
@@ -234,8 +241,10 @@ class FmuSlave(Serializable, Linearisable, Counting, Tunable, Direct):
     def deserialize(self, data: bytes) -> None:
         self._must_serialize()
         if self.description.counts_events:
-            data, note = EventState.split(data, len(self._note.discrete))
+            data, note = EventState.split(data)
             self._learn(note)
+        else:
+            self._learn(EventState())  # its texts are those of the state, which nobody here knows
         self._states.deserialize(self._instance, data)
         self._told = 2
 

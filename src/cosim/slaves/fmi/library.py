@@ -57,6 +57,10 @@ class Library:
         self._functions[name, types, result] = function
         return function
 
+    def address(self, name: str) -> int:
+        """Where the function `name` is, for C code."""
+        return ctypes.cast(self.function(name), POINTER).value or 0
+
     def close(self) -> None:
         """Unload it; no function may be called afterwards."""
         if self._library is not None:

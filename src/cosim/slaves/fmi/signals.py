@@ -8,17 +8,21 @@ import numpy as np
 
 from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
-from .description import REAL, Description, Row
+from .description import REAL, TEXTS, Description, Row
 from .events import used
 from .intermediate_update import asked_for
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
-_NOT_CARRIED = ("String", "Binary", "Clock")
 
 
 def carried(description: Description, causality: str) -> list[Row]:
-    """The inputs or outputs that connections can carry."""
-    return [row for row in description.rows if row.causality == causality and row.type not in _NOT_CARRIED]
+    """The inputs or outputs that are numbers."""
+    return [row for row in description.rows if row.causality == causality and row.type not in (*TEXTS, "Clock")]
+
+
+def texts(description: Description, causality: str) -> list[Row]:
+    """The inputs or outputs that are strings or binaries."""
+    return [row for row in description.rows if row.causality == causality and row.type in TEXTS]
 
 
 def described(description: Description) -> SlaveDescription:
@@ -27,11 +31,11 @@ def described(description: Description) -> SlaveDescription:
     settable = {}
     for row in description.rows:
         if row.settable:
-            kind: Any = row.causality if row.causality in ("parameter", "input") else "state"
-            settable[row.name] = _signal(row, kind, row.name, 0 if not row.shape else None)
+            kind = _kind(row)
+            settable[row.name] = signal_of(row)
             if row.shape:
                 settable |= {s.name: s for s in _elements(row, kind)}
-    excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type in _NOT_CARRIED}
+    excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type == "Clock"}
     follows = description.can("canInterpolateInputs") if description.version == "2" else bool(asked_for(description))
     restores, serializes = (
         description.can(f"can{verb}FMUstate") or description.can(f"can{verb}FMUState") for verb in ("GetAndSet", "Serialize")
@@ -48,11 +52,13 @@ def described(description: Description) -> SlaveDescription:
         can_serialize=restores and serializes,
         counts_events=description.version == "3" and used(description),
         tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
+        text_inputs=tuple(s for row in texts(description, "input") for s in _elements(row, "input")),
+        text_outputs=tuple(s for row in texts(description, "output") for s in _elements(row, "output")),
     )
 
 
 def _is_tunable(row: Row) -> bool:
-    return row.causality == "parameter" and row.variability == "tunable" and row.type not in _NOT_CARRIED
+    return row.causality == "parameter" and row.variability == "tunable" and row.type not in (*TEXTS, "Clock")
 
 
 def _at_start(description: Description, row: Row) -> tuple[str, ...] | None:
@@ -78,6 +84,16 @@ def _feedthrough(stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[R
                 matrix[i : i + row.size, place[known]] = True
         i += row.size
     return matrix
+
+
+def _kind(row: Row) -> Any:
+    """What a variable that can be set is to the master."""
+    return {"structuralParameter": "parameter", "parameter": "parameter", "input": "input"}.get(row.causality, "state")
+
+
+def signal_of(row: Row) -> Signal:
+    """A variable that can be set, as a whole."""
+    return _signal(row, _kind(row), row.name, 0 if not row.shape else None)
 
 
 def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
@@ -115,6 +131,8 @@ def by_variable(rows: Mapping[str, Row], values: Mapping[str, Value]) -> Iterato
     for name, value in values.items():
         if name not in rows:
             row = rows[name[: name.rindex("[")]]
+            if row.name not in whole and any(row.sized_by) and not row.start:
+                raise ValueError(f"{row.name} must be given as a whole, since its size is not that of its start values")
             elements = whole.setdefault(row.name, [read(row, text) for text in row.start] or [0.0] * row.size)
             elements[names(row).index(name)] = value
     return ((rows[name], elements) for name, elements in whole.items())

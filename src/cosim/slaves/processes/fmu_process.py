@@ -13,7 +13,7 @@ from ..fmi.log import shown
 from ..opening import open_fmu
 from . import child
 from .protocol import Kind, Link, array, document, numbers
-from .telling import introduction, number, read_values
+from .telling import carried_values, introduction, number, read_values
 
 MOST_LINES = 200  # of the log with one answer; what is beyond is counted only
 
@@ -74,7 +74,9 @@ class Program:
         """The answer to one request."""
         if kind == Kind.OPEN:
             given = document(payload)
-            self._slave = open_fmu(given["name"], given["location"], implementation=given["implementation"])
+            self._slave = open_fmu(
+                given["name"], given["location"], implementation=given["implementation"], values=given["sizes"]
+            )
             self._slave.log.listen(self._heard)
             return json.dumps(introduction(self._slave)).encode()
         slave = self._slave
@@ -93,6 +95,13 @@ class Program:
         elif kind == Kind.TUNE:
             given = document(payload)
             slave.tune(read_values(given["values"]), number(given, "t"))
+        elif kind == Kind.TEXTS:
+            names = (signal.name for signal in slave.description.text_outputs)
+            texts = slave.texts(number(document(payload), "t"))
+            return json.dumps(carried_values(dict(zip(names, texts, strict=True)))).encode()
+        elif kind == Kind.GIVE_TEXTS:
+            given = document(payload)
+            return numbers(slave.give_texts(read_values(given["values"]), number(given, "t")))
         elif kind == Kind.SAVE:
             self._count += 1
             self._snapshots[self._count] = slave.save()

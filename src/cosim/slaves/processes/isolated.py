@@ -16,31 +16,35 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Tunable
+from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting, Tunable
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
-from ..signal import Value
+from ..signal import Given, Text, Value
 from . import child
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
-from .telling import carried_values, described, number
+from .telling import carried_values, described, number, read_values
 
 PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
 LARGEST = 1 << 28  # bytes of a saved state
 
 
-class IsolatedSlave(Serializable, Linearisable, Counting, Tunable):
+class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
-    implementation : see open_slave().
+    implementation : see open_slave(). sizes : values of structural parameters.
     """
 
-    def __init__(self, name: str, location: str, patience: float = PATIENCE, *, implementation: str = "") -> None:
+    def __init__(
+        self, name: str, location: str, patience: float = PATIENCE, *, implementation: str = "",
+        sizes: Mapping[str, Given] = MappingProxyType({}),
+    ) -> None:  # fmt: skip
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience, self._log = name, patience, Log(name)
@@ -58,7 +62,7 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Tunable):
         finally:
             theirs.close()
         try:
-            asked = {"name": name, "location": location, "implementation": implementation}
+            asked = {"name": name, "location": location, "implementation": implementation, "sizes": dict(sizes)}
             told = self._ask(Kind.OPEN, json.dumps(asked).encode())
             try:
                 self.description = described(document(told))
@@ -152,6 +156,17 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Tunable):
     def tune(self, values: Mapping[str, Value], t: float) -> None:
         self._ask(Kind.TUNE, json.dumps({"values": carried_values(values), "t": t}).encode(), t)
 
+    def texts(self, t: float) -> tuple[Text, ...]:
+        told = self._texts(self._ask(Kind.TEXTS, json.dumps({"t": t}).encode(), t), t)
+        names = [s.name for s in self.description.text_outputs]
+        if list(told) != names:
+            raise self._malformed("texts", f"{', '.join(told) or 'nothing'} is not {', '.join(names)}", t)
+        return tuple(told.values())
+
+    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        given = json.dumps({"values": carried_values(texts), "t": t}).encode()
+        return bool(self._numbers(Kind.GIVE_TEXTS, self._ask(Kind.GIVE_TEXTS, given, t), 1, t)[0])
+
     def save(self) -> Any:
         return self._snapshot(self._ask(Kind.SAVE))
 
@@ -184,6 +199,12 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Tunable):
             raise self._malformed("linearise", f"{whole.size} numbers are no A, B, C, D")
         parts = zip(sizes[:-1], sizes[1:], shapes, strict=True)
         return StateSpace(*(whole[first:end].reshape(shape) for first, end, shape in parts))
+
+    def _texts(self, content: bytes, t: float) -> dict[str, Text]:
+        try:
+            return {name: text for name, text in read_values(document(content)).items() if isinstance(text, str | bytes)}
+        except ProtocolError as error:
+            raise self._malformed("texts", str(error), t) from None
 
     def _snapshot(self, content: bytes) -> int:
         if len(content) != 8:

@@ -23,6 +23,8 @@ An FMU in a process of its own (isolated.py) knows more, and tells what it logs 
 | SERIALIZE | - | the state |
 | DESERIALIZE | the state | - |
 | LINEARISE | - | n_x, n_u, n_y, then A, B, C, D row by row; nothing where there is none |
+| TEXTS | JSON: t | JSON: strings and binaries by name |
+| GIVE_TEXTS | JSON: values, t | 1 where one is another than before, else 0 |
 | LOG | - | comes by itself: JSON: lines (lists of status, category, text), dropped (their number) |
 
 START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with
@@ -69,6 +71,8 @@ class Kind(IntEnum):
     DESERIALIZE = 13
     LINEARISE = 14
     TUNE = 15
+    TEXTS = 16
+    GIVE_TEXTS = 17
     OK = 100
     ERROR = 101
     END = 102

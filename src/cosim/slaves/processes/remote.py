@@ -112,7 +112,11 @@ class RemoteSlave(Restorable):
         except ProtocolError as error:
             raise ProtocolError(f"it does not introduce itself: {error}") from None
         # a repeated step must find every answer
-        self.description = replace(told_of, can_restore=told_of.can_restore and self._terms.late == "stop")
+        can_restore = told_of.can_restore and self._terms.late == "stop"
+        texts = {s.name: s.type.capitalize() for s in (*told_of.text_inputs, *told_of.text_outputs)}  # no frame carries them
+        self.description = replace(
+            told_of, can_restore=can_restore, text_inputs=(), text_outputs=(), excluded={**told_of.excluded, **texts}
+        )
         self._initializes = truth(told, "initialization", False)
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:

@@ -30,6 +30,7 @@ def introduction(slave: Slave) -> dict[str, Any]:
         "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "excluded": dict(d.excluded),
         "input_degree": d.input_degree, "can_restore": restorable(slave) is not None, "can_serialize": d.can_serialize,
         "counts_events": d.counts_events, "initialization": True, "tunable": sorted(d.tunable),
+        "text_inputs": [_carried(s) for s in d.text_inputs], "text_outputs": [_carried(s) for s in d.text_outputs],
     }  # fmt: skip
 
 
@@ -51,6 +52,7 @@ def described(told: Mapping[str, Any]) -> SlaveDescription:
         initial_feedthrough=_matrix(told, "initial_feedthrough", shape, feedthrough), excluded=excluded, input_degree=degree,
         can_restore=truth(told, "can_restore", None), can_serialize=truth(told, "can_serialize", False),
         counts_events=truth(told, "counts_events", False), tunable=frozenset(_field(told, "tunable", "names", _is_names, [])),
+        text_inputs=_signals(told, "text_inputs", []), text_outputs=_signals(told, "text_outputs", []),
     )  # fmt: skip
 
 
@@ -140,8 +142,8 @@ def _carried(signal: Signal) -> dict[str, Any]:
     return {name: value for name, value in full.items() if value not in (None, [], "") or name in ("name", "kind", "unit")}
 
 
-def _signals(told: Mapping[str, Any], field: str) -> tuple[Signal, ...]:
-    rows = _field(told, field, "a list of signals", lambda x: isinstance(x, list) and len(x) <= MOST)
+def _signals(told: Mapping[str, Any], field: str, default: Any = _MISSING) -> tuple[Signal, ...]:
+    rows = _field(told, field, "a list of signals", lambda x: isinstance(x, list) and len(x) <= MOST, default)
     signals = tuple(_signal(field, row) for row in rows)
     if len({s.name for s in signals}) < len(signals):
         raise ProtocolError(f"{field} must have names of their own")
