@@ -182,8 +182,8 @@ def follower(folder: Path, version: int, *, says: str = "stated") -> Path:
     initial = "".join(rows) if version == 3 else f"<InitialUnknowns>{''.join(rows)}</InitialUnknowns>" if rows else ""
     text = (FOLLOWER_3 if version == 3 else FOLLOWER_2).replace("@INITIAL@", initial)
     place = host().name if version == 3 else host().folder
-    library = _library("follower.c")
-    return _write(folder / f"follower{version}.{says}.fmu", text, f"binaries/{place}/follower{host().suffix}", library)
+    file = folder / f"follower{version}.{says}.fmu"
+    return written(file, text, f"binaries/{place}/follower{host().suffix}", library("follower.c"))
 
 
 def ball(folder: Path, *, events: bool = True, clock: bool = False, smooth: bool = False) -> Path:
@@ -196,21 +196,22 @@ def ball(folder: Path, *, events: bool = True, clock: bool = False, smooth: bool
     if smooth:
         text = re.sub(r' *<(Int32 name="(kick|impacts|ticks)"|(Output|InitialUnknown) valueReference="(9|10)").*?/>', "", text)
     file = folder / f"ball{'' if events else '_alone'}{'_clock' if clock else ''}{'_smooth' if smooth else ''}.fmu"
-    return _write(file, text, f"binaries/{host().name}/ball{host().suffix}", _library("ball3.c"))
+    return written(file, text, f"binaries/{host().name}/ball{host().suffix}", library("ball3.c"))
 
 
 def mixed(folder: Path, *, name: str = "mixed", unit_in: str = "furlong", unit_out: str = "furlong") -> Path:
     """FMI 2.0: every type, faults on demand (`fault`, one of FAULTS, from t = `fault_at` on), units only it knows."""
     text = MIXED.replace("@IN@", unit_in).replace("@OUT@", unit_out)
-    return _write(folder / f"{name}.fmu", text, f"binaries/{host().folder}/mixed{host().suffix}", _library("mixed2.c"))
+    return written(folder / f"{name}.fmu", text, f"binaries/{host().folder}/mixed{host().suffix}", library("mixed2.c"))
 
 
 def arrays(folder: Path, *, name: str = "arrays") -> Path:
     """FMI 3.0: arrays and every type."""
-    return _write(folder / f"{name}.fmu", ARRAYS, f"binaries/{host().name}/arrays{host().suffix}", _library("arrays3.c"))
+    return written(folder / f"{name}.fmu", ARRAYS, f"binaries/{host().name}/arrays{host().suffix}", library("arrays3.c"))
 
 
-def _write(file: Path, description: str, place: str, library: bytes) -> Path:
+def written(file: Path, description: str, place: str, library: bytes) -> Path:
+    """An FMU of a description and a library."""
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("modelDescription.xml", description)
         archive.writestr(place, library)
@@ -218,7 +219,8 @@ def _write(file: Path, description: str, place: str, library: bytes) -> Path:
 
 
 @cache
-def _library(source: str) -> bytes:
+def library(source: str) -> bytes:
+    """A file of c/ compiled for this machine."""
     spec = importlib.util.find_spec("fmpy")
     assert spec is not None
     assert spec.submodule_search_locations
@@ -226,5 +228,5 @@ def _library(source: str) -> bytes:
         for header in (Path(spec.submodule_search_locations[0]) / "c-code").glob("fmi*.h"):
             shutil.copy(header, scratch)
         shutil.copy(Path(__file__).parent / "c" / source, scratch)
-        (library,) = compile_libraries(Path(scratch), {source: "-O1"}, "small", {host(): True}).values()
-    return library
+        (found,) = compile_libraries(Path(scratch), {source: "-O1"}, "small", {host(): True}).values()
+    return found

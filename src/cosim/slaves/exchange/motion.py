@@ -9,6 +9,7 @@ There the FMU goes through event mode until its discrete states have settled, an
 where a continuous input jumps, and after each save and restore, so that a repeated step repeats the bits.
 """
 
+import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NoReturn
@@ -31,8 +32,8 @@ EPS = float(np.finfo(float).eps)
 class Known:
     """What is known of the FMU beside its state, saved and restored with it.
 
-    note : events, the next one, the end, the discrete inputs. positive : which event indicators were above zero when they were
-    looked at last.
+    note : events, the next one, the end, the discrete inputs. positive : which event indicators are above zero at the end of the
+    last step; what differs under the next one's inputs is an event.
     """
 
     note: EventState
@@ -59,13 +60,16 @@ class Motion:
         self._rates, self._z, self._nominals = np.zeros(self._n_x), np.zeros(self._n_z), np.ones(self._n_x)
         self._zero = np.zeros(self._n_x)
         self._places = [array.ctypes.data for array in (self._rates, self._z, self._nominals)]
+        names = {row.reference: repr(row.name) for row in reversed(fmu.model.rows)}
+        stated = [names[rate] for _, rate in fmu.model.states]
+        self._rate_names = stated if len(stated) == self._n_x else [str(k + 1) for k in range(self._n_x)]
         self._trouble = ""
         self._integrator = Integrator(self._n_x, self._n_z, self._on_rates, self._on_roots)
         self.x = self._integrator.x
         self._x_place = self.x.ctypes.data
         self.known = Known(EventState(discrete=inputs.told(t)))
         self._last = np.full(inputs.smooth.size, np.nan)  # continuous inputs at the end of the last step
-        self.fresh = True
+        self.fresh, self._over = True, False
         self._settle(t, 0.0, told=True)
 
     def close(self) -> None:
@@ -77,14 +81,16 @@ class Motion:
     def offer(self, u: np.ndarray, t: float, h: float = 0.0) -> None:
         """The inputs u at t (s), through event mode where a discrete one has changed."""
         self._inputs.follow(np.array([u, 0.0 * u, 0.0 * u]), t)
-        if tuple(u[self._inputs.discrete].tolist()) != self.known.note.discrete:
+        if self._over:
+            self._inputs.put_all(u, t, h)
+        elif tuple(u[self._inputs.discrete].tolist()) != self.known.note.discrete:
             self._event(u, t, h)
         else:
             self._put(t, h)
 
     def back(self, known: Known, t: float) -> None:
         """The FMU has gone back to t (s), where `known` was known."""
-        self.known, self.fresh = known, True
+        self.known, self.fresh, self._over = known, True, False
         self._fmu.check(self._calls.get_states(self._instance, self._x_place, self._n_x), "the FMU's states", t, 0.0)
         self._read_nominals(t, 0.0)
 
@@ -107,11 +113,13 @@ class Motion:
             if self._n_z and self._signs(t, h) != self.known.positive:
                 self._event(U[0], t, h)
         self._go(U, t, t + h)
-        self._last = self._inputs.at(t + h)
+        if U.shape[1]:
+            self._last = self._inputs.at(t + h)
+            self.known = replace(self.known, positive=self._signs(t + h, h))
 
     def _go(self, U: np.ndarray, t: float, end: float) -> None:
         """From t to `end` (s), in as many parts as things happen in between."""
-        h, now, steps, stuck = end - t, t, 0, 0
+        h, now, steps, stuck, self._trouble = end - t, t, 0, 0, ""
         close = 1e-9 * h + 4 * EPS * abs(end)
         while end - now > close or self.known.note.due <= now + close:
             due, before = self.known.note.due, now
@@ -129,11 +137,12 @@ class Motion:
             stuck = 0 if now > before + close else stuck + 1
             if self.known.note.ends and end - now > close:
                 raise EndRequest(self._fmu.name, now)
-            if stuck > STUCK:
+            if stuck > STUCK and happens:
                 self._fails(f"the FMU must get on, stays at t = {now:.9g} s for {STUCK} events", t, h)
-            if steps > MOST:
-                self._fails(f"the integrator must reach the end in {MOST} steps, is at t = {now:.9g} s", t, h)
-        if now != end:
+            if stuck > STUCK or steps > MOST:
+                most = f"{min(steps, MOST)} steps of the integrator"
+                self._fails(f"{most} must reach the end, they are at t = {now:.9g} s{self._why}", t, h)
+        if now != end and not self._over:
             self._place(end, h)
 
     def _advance(self, now: float, stop: float) -> tuple[float, bool]:
@@ -146,7 +155,7 @@ class Motion:
                 self.fresh = False
             reached, root = self._integrator.advance(stop)
         except IntegrationError as error:
-            self._fails(f"{error}{self._trouble and f': {self._trouble}'}", now, stop - now)
+            self._fails(f"{error}{self._why}", now, stop - now)
         return (stop if abs(stop - reached) <= 4 * EPS * abs(stop) else reached), root
 
     def _arrive(self, t: float, h: float) -> bool:
@@ -176,24 +185,23 @@ class Motion:
 
     def _event(self, u: np.ndarray, t: float, h: float) -> None:
         """Through event mode at t (s), where the inputs are u."""
-        self._calls.enter_event_mode(self._instance, t, h)
-        if u.size:
-            self._inputs.put_all(u, t, h)
         note = self.known.note
-        discrete = tuple(u[self._inputs.discrete].tolist())
-        self.known = replace(self.known, note=replace(note, events=note.events + 1, discrete=discrete))
-        self._settle(t, h)
+        self.known = replace(self.known, note=replace(note, discrete=tuple(u[self._inputs.discrete].tolist())))
+        self.through_event(lambda: self._inputs.put_all(u, t, h), t, h)
 
-    def through_event(self, change: Callable[[], None], t: float) -> None:
+    def through_event(self, change: Callable[[], None], t: float, h: float = 0.0) -> None:
         """Through event mode at t (s), where `change` is done."""
-        self._calls.enter_event_mode(self._instance, t, 0.0)
+        self._calls.enter_event_mode(self._instance, t, h)
         change()
         note = self.known.note
         self.known = replace(self.known, note=replace(note, events=note.events + 1))
-        self._settle(t, 0.0)
+        self._settle(t, h)
 
     def _settle(self, t: float, h: float, *, told: bool = False) -> None:
-        """In event mode: update until nothing changes, then on in continuous-time mode. told : its nominal values are new."""
+        """In event mode: update until nothing changes, then on in continuous-time mode. told : its nominal values are new.
+
+        Where the FMU wants the run to end, it stays in event mode, in which its outputs can still be read.
+        """
         for _ in range(UPDATES):
             update = self._calls.update(self._instance, t, h)
             told = told or update.nominals
@@ -201,7 +209,9 @@ class Motion:
                 break
         else:
             self._fails(f"the discrete states must settle, they do not in {UPDATES} updates", t, h)
-        self._calls.enter_continuous_time_mode(self._instance, t, h)
+        self._over = update.ends
+        if not self._over:
+            self._calls.enter_continuous_time_mode(self._instance, t, h)
         if self._n_x:
             status = self._calls.get_states(self._instance, self._x_place, self._n_x)
             self._fmu.check(status, f"{self._calls.prefix}GetContinuousStates", t, h)
@@ -233,7 +243,14 @@ class Motion:
         status = calls.set_time(instance, t)
         if self._inputs.varying:
             status = max(status, self._inputs.put(t)[0])
-        status = max(status, calls.set_states(instance, x, n), calls.rates(instance, rates, n))
+        status = max(status, calls.set_states(instance, x, n), calls.rates(instance, self._places[0], n))
+        if self._rates @ self._zero == 0.0:  # NaN is not, nor infinity
+            ctypes.memmove(rates, self._places[0], 8 * n)
+            return self._judged(status, calls.rates_name, t)
+        if status < 2:
+            k = int(np.flatnonzero(~np.isfinite(self._rates))[0])
+            self._trouble = f"derivative {self._rate_names[k]} must be finite, is {self._rates[k]} at t = {t:.9g} s"
+            return 1
         return self._judged(status, calls.rates_name, t)
 
     def _on_roots(self, t: float, x: int, z: int) -> int:
@@ -253,6 +270,11 @@ class Motion:
         self._fmu.check(status if status > 2 else 0, call, t, 0.0)
         self._trouble = f"{call} answered discard at t = {t:.9g} s"
         return 1
+
+    @property
+    def _why(self) -> str:
+        """The last thing in this step that made the integrator try a shorter one."""
+        return self._trouble and f": {self._trouble}"
 
     def _fails(self, reason: str, t: float, h: float) -> NoReturn:
         raise SlaveError(self._fmu.name, t, h, reason, self._fmu.log.said())

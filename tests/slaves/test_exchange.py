@@ -1,0 +1,144 @@
+"""FMUs for Model Exchange as slaves: CVODE integrates, events are where they belong, and each refusal is one line."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import exchange_fmus
+import numpy as np
+import pytest
+from test_events import G, flight
+
+from gyro_cosim import Connection, Jacobi, SlaveError, System, SystemComponent, simulate
+from gyro_cosim.slaves import open_slave, restorable
+
+HALT = 1e-6  # relative to what moves, at a tolerance of 1e-9
+
+
+def one(file: Path, **values: float) -> System:
+    return System("s", (SystemComponent("a", str(file), values),), ())
+
+
+@pytest.fixture(params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
+def version(request: pytest.FixtureRequest) -> int:
+    return int(request.param)
+
+
+@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
+@pytest.mark.parametrize("step", [0.01, 0.37])
+def test_every_impact_is_at_its_own_time_whatever_the_step(step: float, isolate: bool, version: int, tmp_path: Path) -> None:
+    done = simulate(one(exchange_fmus.hopper(tmp_path, version)), step=step, stop=1.85, isolate=isolate)
+    h, hits = flight(done.trajectory.t)
+    np.testing.assert_allclose(done.trajectory["a.h"], h, rtol=0, atol=1e-7)
+    np.testing.assert_array_equal(done.trajectory["a.impacts"], hits)
+    assert done.events == {"a": hits[-1]} == {"a": 4}
+
+
+def test_nominal_values_set_the_absolute_tolerance_also_when_they_change(version: int, tmp_path: Path) -> None:
+    """The speck is 1e-6, then 1e-12, ...: an absolute tolerance that forgets it would see it as nothing."""
+    done = simulate(one(exchange_fmus.hopper(tmp_path, version)), step=0.1, stop=1.9)
+    t, hits = done.trajectory.t, done.trajectory["a.impacts"]
+    assert hits[-1] == 4
+    np.testing.assert_allclose(done.trajectory["a.speck"], 1e-6 ** (1 + hits) * np.exp(-t), rtol=1e-6)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.15])
+@pytest.mark.parametrize("step", [0.07, 0.05])
+def test_announced_times_are_hit_exactly(step: float, start: float, version: int, tmp_path: Path) -> None:
+    """The hopper refuses a step past a tick, and takes none for one that comes a hair too early."""
+    done = simulate(one(exchange_fmus.hopper(tmp_path, version), period=0.1), step=step, start=start, stop=0.44)
+    np.testing.assert_array_equal(done.trajectory["a.ticks"], np.floor(done.trajectory.t / 0.1 + 1e-9))
+
+
+def test_step_events_happen_where_the_fmu_asks_for_them(version: int, tmp_path: Path) -> None:
+    done = simulate(one(exchange_fmus.hopper(tmp_path, version), every=10), step=0.05, stop=0.4)
+    nudges = int(done.trajectory["a.nudges"][-1])
+    assert nudges > 3
+    assert done.events == {"a": nudges}
+    deaf = simulate(one(exchange_fmus.hopper(tmp_path, version, hears=False), every=10), step=0.05, stop=0.4)
+    assert deaf.events == {"a": 0}  # it has said that it need not hear of steps
+    np.testing.assert_allclose(done.trajectory["a.h"], deaf.trajectory["a.h"], rtol=0, atol=1e-5)  # 200 restarts
+
+
+def test_inputs_are_followed_as_polynomials_and_their_jumps_are_seen(version: int, tmp_path: Path) -> None:
+    slave = open_slave("a", str(exchange_fmus.hopper(tmp_path, version)))
+    slave.initialize({}, 0.0, 1.0)
+    places = {s.name: k for k, s in enumerate(slave.inputs)}
+    U = np.zeros((3, len(slave.inputs)))
+    U[:, places["u"]] = 0.25, 0.5, 6.0  # u(s) = 0.25 + s / 2 + 3 s^2 crosses 0.5 at s = 0.2171 s
+    slave.step(U, 0.0, 0.3)
+    outputs = dict(zip([s.name for s in slave.outputs], slave.output(U[0], 0.3), strict=True))
+    s = 0.3
+    assert outputs["h"] == pytest.approx(1.0 - G * s**2 / 2 + 0.25 * s**2 / 2 + 0.5 * s**3 / 6 + 6.0 * s**4 / 24, abs=1e-7)
+    assert (outputs["above"], slave.counts.events) == (1.0, 1)  # type: ignore[attr-defined]
+    U[:] = 0.0
+    slave.step(U, 0.3, 0.1)  # down with a jump: no root lies on the way, and yet it is an event
+    assert slave.output(U[0], 0.4)[[s.name for s in slave.outputs].index("above")] == 0.0
+    assert slave.counts.events == 2  # type: ignore[attr-defined]
+    slave.close()
+
+
+def test_a_discrete_input_changes_in_event_mode(version: int, tmp_path: Path) -> None:
+    """Each impact of the first kicks the second, once; the hopper refuses it in any other mode."""
+    file = str(exchange_fmus.hopper(tmp_path, version))
+    plan = System(
+        "s", (SystemComponent("a", file), SystemComponent("b", file, {"h": 50.0})), (Connection(("a", "impacts"), ("b", "kick")),)
+    )
+    done = simulate(plan, step=0.01, stop=1.5)
+    assert done.events == {"a": 2, "b": 2}
+    t = done.trajectory.t
+    kicks = [t[k] for k in np.flatnonzero(np.diff(done.trajectory["a.impacts"]) > 0) + 1]
+    np.testing.assert_allclose(done.trajectory["b.v"], -G * t + np.sum([t >= kick for kick in kicks], axis=0), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
+def test_an_event_and_a_completed_step_can_end_the_run(isolate: bool, version: int, tmp_path: Path) -> None:
+    file = exchange_fmus.hopper(tmp_path, version)
+    third = np.sqrt(2.0 / G) * (1 + 2 * 0.7 + 2 * 0.7**2)
+    done = simulate(one(file, last=3), step=0.1, stop=2.0, isolate=isolate)
+    assert (done.status, done.trajectory.t[-1]) == ("ended", pytest.approx(1.5))
+    assert f"component 'a' asks to end the run at t = {third:.5f}"[:-1] in done.ended_by
+    done = simulate(one(file, fault=6), step=0.1, stop=2.0, isolate=isolate)
+    assert (done.status, done.trajectory.t[-1]) == ("ended", pytest.approx(0.2))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (1, r"failed at t = 0\.2\d* s.*Derivatives answered error; it says: the air is too thin \[logStatusError\]"),
+        (2, r"failed at t = .*steps of the integrator must reach the end.*Derivatives answered discard at t = 0\.2"),
+        (3, r"failed at t = .*steps of the integrator must reach the end.*'der\(v\)' must be finite, is nan at t = 0\.2"),
+        (4, r"failed at t = 0\.45\d* s.*the discrete states must settle, they do not in 1000 updates"),
+        (5, r"the FMU must get on, stays at t = 0\.45\d* s for 1000 events"),
+    ],
+)
+def test_what_fails_is_told_in_one_line_with_the_fmus_own_words(fault: int, words: str, version: int, tmp_path: Path) -> None:
+    with pytest.raises(SlaveError, match=words) as caught:
+        simulate(one(exchange_fmus.hopper(tmp_path, version), fault=fault), step=0.1, stop=1.0)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_fmu_that_cannot_save_its_state_says_so(version: int, tmp_path: Path) -> None:
+    """It counts, so that time and continuous states would not bring it back."""
+    slave = open_slave("a", str(exchange_fmus.hopper(tmp_path, version, restores=False)))
+    assert restorable(slave) is None
+    slave.close()
+
+
+def test_a_restored_state_repeats_the_step_bit_for_bit(version: int, tmp_path: Path) -> None:
+    slave: Any = open_slave("a", str(exchange_fmus.hopper(tmp_path, version)))
+    slave.initialize({"period": 0.03}, 0.0, 1.0)
+    U = np.zeros((3, len(slave.inputs)))
+    slave.step(U, 0.0, 0.3)
+    saved = slave.save()
+    before = slave.counts.events
+    ways = []
+    for _ in range(2):
+        slave.step(U, 0.3, 0.25)
+        ways.append((slave.output(U[0], 0.55), slave.counts.events))
+        slave.restore(saved)
+        assert slave.counts.events == before
+    slave.discard(saved)
+    slave.close()
+    np.testing.assert_array_equal(ways[0][0], ways[1][0])
+    assert ways[0][1] == ways[1][1] > before
