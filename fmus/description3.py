@@ -4,6 +4,7 @@ from xml.etree import ElementTree as ET
 
 from .description import (
     STOP_TIME,
+    TOLERANCE,
     bounds,
     causality,
     document,
@@ -48,7 +49,8 @@ def fmi3(table: Table, identifier: str, token: str, tool: str, output_order: int
         ET.SubElement(types, "Float64Type", name=name, quantity=name, unit=of)
     root.append(log_categories())
     step = text(table.component.internal_step)
-    ET.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=text(STOP_TIME), stepSize=step)
+    experiment = {"startTime": "0.0", "stopTime": text(STOP_TIME), "tolerance": text(TOLERANCE), "stepSize": step}
+    ET.SubElement(root, "DefaultExperiment", experiment)
     variables = ET.SubElement(root, "ModelVariables")
     for reference, row in enumerate(table.rows):
         variables.append(_variable(table, reference, row, named))
