@@ -1,6 +1,5 @@
 """FMUs for Model Exchange as slaves: CVODE integrates, events are where they belong, and each refusal is one line."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +8,8 @@ import numpy as np
 import pytest
 from test_events import G, flight
 
-from gyro_cosim import Connection, Jacobi, SlaveError, System, SystemComponent, simulate
+from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate
 from gyro_cosim.slaves import open_slave, restorable
-
-HALT = 1e-6  # relative to what moves, at a tolerance of 1e-9
 
 
 def one(file: Path, **values: float) -> System:
