@@ -84,11 +84,12 @@ def _description(version: str, table: Table, identifier: str, token: str, source
 
 
 def _documentation(table: Table, identifier: str, sources: bool) -> dict[str, bytes]:
-    """The page, the reference results and the licences, by path."""
+    """The page, the reference results with their manifest and the licences, by path."""
     component = table.component
     members = {"documentation/index.html": page.html(table, identifier, sources=sources)}
     for suffix, (header, rows) in (("in", reference.inputs(component)), ("ref", reference.results(component))):
-        members[f"documentation/reference/{identifier}_{suffix}.csv"] = reference.csv(header, rows)
+        members[f"{reference.FOLDER}/{identifier}_{suffix}.csv"] = reference.csv(header, rows)
+    members[reference.MANIFEST] = reference.manifest(identifier)
     for file in sorted((Path(__file__).parent / "licenses").iterdir()):
         members[f"documentation/licenses/{file.name}"] = file.read_bytes()
     licence = importlib.metadata.distribution("gyro-cosim").read_text("licenses/LICENSE")

@@ -1,6 +1,7 @@
 """Reference results inside an FMU: what the component gives in this package, for others to compare with."""
 
 import io
+import xml.etree.ElementTree as ET
 
 import numpy as np
 
@@ -8,9 +9,11 @@ from gyro_cosim.component import Component
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.integration import Progress, StepError, first_sample
 
-__all__ = ["STEP", "STEPS", "csv", "inputs", "results"]
+__all__ = ["FOLDER", "MANIFEST", "STEP", "STEPS", "csv", "inputs", "manifest", "results"]
 
 STEP, STEPS = 0.01, 100  # s, macro steps
+FOLDER = "documentation/reference"
+MANIFEST = "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml"  # where FMI-LS-REF looks for it
 AMPLITUDE = 0.1  # of an input's nominal value
 
 
@@ -55,3 +58,23 @@ def csv(header: list[str], rows: np.ndarray) -> bytes:
     for row in rows:
         text.write(",".join(repr(float(value)) for value in row) + "\n")
     return text.getvalue().encode()
+
+
+def manifest(identifier: str) -> bytes:
+    """The manifest of the layered standard FMI-LS-REF (1.0.0-alpha.1), by which an importer finds the reference results."""
+    space = "http://fmi-standard.org/fmi-ls-manifest"
+    ET.register_namespace("fmi-ls", space)
+    described = "Layered Standard providing information on related files included in an FMU."
+    root = ET.Element("fmiReferences", {
+        f"{{{space}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref", f"{{{space}}}fmi-ls-version": "1.0.0-alpha.1",
+        f"{{{space}}}fmi-ls-description": described,
+    })  # fmt: skip
+    for suffix, role, what in (
+        ("in", "testcase", f"Inputs of the reference results, held over each step of {STEP:g} s"),
+        ("ref", "result", f"Outputs under these inputs, at steps of {STEP:g} s"),
+    ):
+        place = f"../../{FOLDER}/{identifier}_{suffix}.csv"
+        ET.SubElement(root, "Related", type="text/csv", source=place, role=role, description=what)
+    ET.indent(root)
+    data: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return data

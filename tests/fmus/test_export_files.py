@@ -1,6 +1,7 @@
 """The files: the same bytes every time, complete or not there at all, refused in one line, rebuildable by others."""
 
 import hashlib
+import os
 import struct
 import subprocess
 import sys
@@ -171,3 +172,20 @@ def test_five_platforms_from_this_machine(tmp_path: Path) -> None:
     folders = {n.split("/")[1] for n in zipfile.ZipFile(paths[1]).namelist() if n.startswith("binaries/")}
     assert folders == set(PLATFORMS)
     assert host().name in folders
+
+
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_the_manifest_of_reference_files_names_what_is_inside(built: Callable, version: str) -> None:
+    """By FMI-LS-REF: each place is relative to the manifest; the attributes of the root are those that the standard fixes."""
+    _, path, _ = built("gain", version)
+    with zipfile.ZipFile(path) as archive:
+        root = ET.fromstring(archive.read("extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml"))
+        names = archive.namelist()
+    space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
+    assert root.tag == "fmiReferences"
+    assert root.get(f"{space}name") == "org.fmi-standard.fmi-ls-ref"
+    assert root.get(f"{space}version") == "1.0.0-alpha.1"
+    assert {e.get("role") for e in root} == {"testcase", "result"}
+    for element in root:
+        place = (Path("/extra/org.fmi-standard.fmi-ls-ref") / element.get("source", "")).as_posix()
+        assert Path(os.path.normpath(place)).relative_to("/").as_posix() in names

@@ -1,7 +1,8 @@
 """cosim pack: a system as an .ssp file, or as one FMU."""
 
+import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,6 +26,10 @@ def command(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .ssp file, else SYSTEM.ssp; of an FMU also a folder")
     ] = None,
+    ssp: Annotated[str | None, typer.Option(metavar="1.0|2.0", help="version of SSP, else 1.0")] = None,
+    results: Annotated[
+        Path | None, typer.Option("--run", metavar="FILE", help="what `cosim run SYSTEM --json` printed, to be packed with it")
+    ] = None,
     as_fmu: Annotated[bool, typer.Option(AS_FMU, help="one FMU for Co-Simulation that couples the components itself")] = False,
     fmi: Annotated[str | None, typer.Option(metavar="2|3|both", help="FMI version of that FMU, else 2")] = None,
     platform: Annotated[
@@ -43,13 +48,16 @@ def command(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Write a system with its FMUs and values as an .ssp file (SSP 1.0) that other tools run, or as one FMU."""
+    """Write a system with its FMUs and values as an .ssp file (SSP 1.0 or 2.0) that other tools run, or as one FMU."""
     of_fmu = {
         "--fmi": fmi, "--platform": platform, "--algorithm": algorithm_, "--degree": degree, "--sequence": sequence,
         "--step": step, "--with-sources": sources,
     }  # fmt: skip
     for option, given in of_fmu.items():
         needs(option, given, AS_FMU, as_fmu)
+    for option, of_ssp in (("--ssp", ssp), ("--run", results)):
+        if of_ssp is not None and as_fmu:
+            raise ValueError(f"{option} has no effect with {AS_FMU}, got {str(of_ssp)!r}")
     plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     if as_fmu:
         chosen = algorithm(algorithm_ or "jacobi", 1 if degree is None else degree, words(sequence or ""))
@@ -59,10 +67,23 @@ def command(
         if files[0].suffix != ".ssp":
             raise ValueError(f"packed system must end in .ssp, got {str(files[0])!r}")
         writable(files[0], lambda _: None)
-        pack(plan, files[0])
+        pack(plan, files[0], version=ssp or "1.0", run=None if results is None else _run(results))
     document = {"file": str(files[0]), "files": [str(f) for f in files], "components": [c.name for c in plan.components]}
     say(as_json, lambda: document, *(f"wrote {file}" for file in files))
     return 0
+
+
+def _run(file: Path) -> dict[str, Any]:
+    """The document of a run."""
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"--run file {str(file)!r} cannot be read: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ValueError(f"--run file {str(file)!r} must be JSON: {error}") from None
+    if not isinstance(document, dict):
+        raise ValueError(f"--run file {str(file)!r} must be what `cosim run --json` prints")
+    return document
 
 
 def _as_fmus(

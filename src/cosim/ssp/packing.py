@@ -1,35 +1,34 @@
 """A system as an .ssp file that other tools run: SystemStructure.ssd, the FMUs, and the values as a parameter set.
 
 SSP 1.0 knows no arrays and no FMI 3.0 types: elements of arrays become connectors of their own, types become the nearest of
-SSP 1.0. Nested systems stay flat, as the master sees them.
+SSP 1.0. In SSP 2.0 an array stays one connector, unless the system connects elements of it, and types are the FMUs' own.
+Nested systems stay flat, as the master sees them.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from lxml import etree
 
-from gyro_cosim.component.units import BASE, Unit
 from gyro_cosim.component.zip_files import write_zip
 
 from ..errors import unknown
 from ..network.joining import transfer
-from ..slaves import Signal, SlaveDescription, Value
+from ..network.wiring import connections
+from ..slaves import Signal, SlaveDescription
+from ..slaves.described import DescribedSlave
 from ..slaves.fmi.description import read
 from ..slaves.fmi.signals import described
 from ..slaves.fmi.structure import configured
-from ..systems import Connection, System, SystemComponent, archive, catalogue
-from ..systems.quantities import meaning
+from ..systems import Connection, System, archive, catalogue
 from .rules import ANNOTATION, NAMESPACES
-
-_TYPES = {
-    "real": "Real", "integer": "Integer", "boolean": "Boolean", "enumeration": "Enumeration", "string": "String",
-    "binary": "Binary",
-}  # fmt: skip
+from .traceability import MEMBER, RESULTS, provenance, results
+from .writing import VERSIONS, Writing, add, as_bytes, base, dimensions, parameter_set, tag, units_of, write_units
 
 
-def pack(system: System, file: Path) -> Path:
+def pack(system: System, file: Path, *, version: str = "1.0", run: Mapping[str, Any] | None = None) -> Path:
     """Write a system with its FMUs and values, complete or not at all.
 
     Parameters
@@ -38,6 +37,11 @@ def pack(system: System, file: Path) -> Path:
         Its components of the catalogue become FMUs of this platform.
     file : Path
         An .ssp file.
+    version : str
+        Of SSP, "1.0" or "2.0".
+    run : mapping, optional
+        What `cosim run --json` has told of a run of this system. It is packed as it is, and its settings and certificate stand
+        in the metadata.
 
     Returns
     -------
@@ -47,28 +51,30 @@ def pack(system: System, file: Path) -> Path:
     Raises
     ------
     ValueError
-        Where the file has another ending, or a value fits no parameter.
+        Where the file has another ending, a value fits no parameter, or the run is of another system.
     """
     if file.suffix != ".ssp":
         raise ValueError(f"packed system must end in .ssp, got {str(file)!r}")
+    if version not in VERSIONS:
+        raise unknown("version of SSP", version, VERSIONS)
     system.refuse_driven("a packed system")
     fmus, places = _fmus(system)
-    descriptions = {c.name: described(configured(read(fmus[c.source]), c.name, c.given)) for c in system.components}
-    units = _units(
-        s
-        for description in descriptions.values()
-        for s in (*description.inputs, *description.outputs, *description.settable.values())
-    )
-    enumerations: dict[tuple[tuple[str, int], ...], str] = {}
+    models = {c.name: configured(read(fmus[c.source], c.implementation), c.name, c.given) for c in system.components}
+    descriptions = {name: described(model) for name, model in models.items()}
+    units = units_of(s for d in descriptions.values() for s in (*d.inputs, *d.outputs, *d.settable.values()))
+    writing = Writing(version, units, {name: {row.name: row.type for row in model.rows} for name, model in models.items()})
     values: dict[str, bytes] = {}  # place in the package -> parameter set
     sets: dict[str, str] = {}  # component -> place
     for component in system.components:
-        found = _parameter_set(system.name, component, descriptions[component.name], units)
+        found = parameter_set(system.name, component, descriptions[component.name], writing)
         if found is not None:
             sets[component.name] = _free(f"resources/{_plain(component.name)}", ".ssv", values)
-            values[sets[component.name]] = _bytes(found)
-    members = {"SystemStructure.ssd": _bytes(_structure(system, descriptions, places, units, enumerations, sets)), **values}
+            values[sets[component.name]] = as_bytes(found)
+    members = {"SystemStructure.ssd": as_bytes(_structure(system, descriptions, places, writing, sets)), **values}
     members |= {places[source]: archive.read(location) for source, location in fmus.items()}
+    if run is not None:
+        members[RESULTS] = results(system, run)
+    members[MEMBER] = as_bytes(provenance(system, members, run))
     write_zip(file, members, stored=[".fmu"])
     return file
 
@@ -100,46 +106,52 @@ def _plain(name: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in name) or "system"
 
 
-def _units(signals: Iterable[Signal]) -> dict[str, Unit]:
-    """What every unit in use means. One name that two FMUs define differently stays with the first."""
-    found: dict[str, Unit] = {}
-    for signal in signals:
-        unit = meaning(signal.unit, signal.definition)
-        if signal.unit and unit is not None:
-            found.setdefault(signal.unit, unit)
+def _wires(system: System, descriptions: Mapping[str, SlaveDescription], writing: Writing) -> list[Connection]:
+    """The connections as they are written: of whole arrays only in SSP 2.0, and where no element is connected alone."""
+    slaves = [DescribedSlave(name, d) for name, d in descriptions.items()]
+    ends = [end for wire in system.connections for end in (wire.start, wire.end)]
+    apart = {(component, writing.variable(component, name)) for component, name in ends if name not in writing.types[component]}
+    found = []
+    for wire in system.connections:
+        one = all(name in writing.types[component] for component, name in (wire.start, wire.end))
+        whole = writing.version == "2.0" and one and not {wire.start, wire.end} & apart
+        found += [wire] if whole else connections(replace(system, connections=(wire,), bonds=(), stop_when=()), slaves)
     return found
 
 
-def _tag(kind: str, name: str) -> str:
-    return f"{{{NAMESPACES[kind]}}}{name}"
-
-
-def _add(parent: etree._Element, kind: str, tag: str, /, **attributes: str) -> etree._Element:
-    return etree.SubElement(parent, _tag(kind, tag), {key: value for key, value in attributes.items() if value != ""})
-
-
 def _structure(
-    system: System, descriptions: Mapping[str, SlaveDescription], places: Mapping[str, str], units: Mapping[str, Unit],
-    enumerations: dict[tuple[tuple[str, int], ...], str], sets: Mapping[str, str],
+    system: System, descriptions: Mapping[str, SlaveDescription], places: Mapping[str, str], writing: Writing,
+    sets: Mapping[str, str],
 ) -> etree._Element:  # fmt: skip
     used = {k: NAMESPACES[k] for k in ("ssd", "ssc", "gc")}
-    root = etree.Element(_tag("ssd", "SystemStructureDescription"), {"version": "1.0", "name": system.name}, nsmap=used)
-    top = _add(root, "ssd", "System", name=system.name, description=system.description)
-    elements = _add(top, "ssd", "Elements")
-    driven = {wire.end for wire in system.connections}
+    root = etree.Element(tag("ssd", "SystemStructureDescription"), {"version": writing.version, "name": system.name}, nsmap=used)
+    top = add(root, "ssd", "System", name=system.name, description=system.description)
+    elements = add(top, "ssd", "Elements")
+    wires = _wires(system, descriptions, writing)
+    driven = {wire.end for wire in wires}
     for component in system.components:
         description = descriptions[component.name]
+        element = add(
+            elements, "ssd", "Component", name=component.name, type="application/x-fmu-sharedlibrary",
+            source=places[component.source], implementation=component.implementation,
+        )  # fmt: skip
         # Open inputs get no connector: one importer at least gives them a neighbour's value.
-        signals = [(s, "input") for s in description.inputs if (component.name, s.name) in driven] + [
-            (s, "output") for s in description.outputs
-        ]
-        element = _component(elements, component, signals, places[component.source], units, enumerations)
+        inputs = {
+            n: s
+            for n, s in _connectors(component.name, (*description.inputs, *description.text_inputs), wires, writing)
+            if (component.name, n) in driven
+        }
+        outputs = dict(_connectors(component.name, (*description.outputs, *description.text_outputs), wires, writing))
+        parent = add(element, "ssd", "Connectors") if inputs or outputs else element
+        for kind, signals in (("input", inputs), ("output", outputs)):
+            for name, several in signals.items():
+                _connector(parent, component.name, name, kind, several, writing)
         if component.name in sets:
-            _add(_add(element, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[component.name])
-    if system.connections:
-        connections = _add(top, "ssd", "Connections")
-        for wire in system.connections:
-            _connection(connections, wire, descriptions)
+            add(add(element, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[component.name])
+    if wires:
+        parent = add(top, "ssd", "Connections")
+        for wire in wires:
+            _connection(parent, wire, descriptions)
     notes = [("Master", {"step": repr(system.step)})]
     if system.exchange is not None:
         notes.append(("Exchange", {"component": system.exchange.component, "ending": system.exchange.ending}))
@@ -147,114 +159,69 @@ def _structure(
     notes += [
         ("StopWhen", {"signal": ".".join(stop.signal), "above": repr(stop.above), "says": stop.says}) for stop in system.stop_when
     ]
-    annotations = _add(top, "ssd", "Annotations")
+    annotations = add(top, "ssd", "Annotations")
     for name, attributes in notes:
-        _add(_add(annotations, "ssc", "Annotation", type=ANNOTATION), "gc", name, **attributes)
-    if enumerations:
-        parent = _add(root, "ssd", "Enumerations")
-        for items, name in enumerations.items():
-            of = _add(parent, "ssc", "Enumeration", name=name)
+        add(add(annotations, "ssc", "Annotation", type=ANNOTATION), "gc", name, **attributes)
+    if writing.enumerations:
+        parent = add(root, "ssd", "Enumerations")
+        for items, name in writing.enumerations.items():
+            of = add(parent, "ssc", "Enumeration", name=name)
             for item, number in items:
-                _add(of, "ssc", "Item", name=item, value=str(number))
-    _write_units(root, "ssd", units)
-    _add(root, "ssd", "DefaultExperiment", startTime=repr(system.start), stopTime=repr(system.stop))
+                add(of, "ssc", "Item", name=item, value=str(number))
+    write_units(root, "ssd", writing.units)
+    add(root, "ssd", "DefaultExperiment", startTime=repr(system.start), stopTime=repr(system.stop))
     return root
 
 
-def _write_units(root: etree._Element, kind: str, units: Mapping[str, Unit]) -> None:
-    if not units:
-        return
-    parent = _add(root, kind, "Units")
-    for name, unit in sorted(units.items()):
-        exponents = {base: str(e) for base, e in zip(BASE, unit.dimension, strict=True) if e}
-        scale = {} if unit.factor == 1.0 else {"factor": repr(unit.factor)}
-        shift = {} if unit.offset == 0.0 else {"offset": repr(unit.offset)}
-        _add(_add(parent, "ssc", "Unit", name=name), "ssc", "BaseUnit", **exponents, **scale, **shift)
+def _connectors(
+    component: str, signals: Iterable[Signal], wires: Iterable[Connection], writing: Writing
+) -> Iterable[tuple[str, list[Signal]]]:
+    """Name of each connector, and the signals that it stands for: several where an array is one connector."""
+    single = {name for wire in wires for end, name in (wire.start, wire.end) if end == component}
+    apart = {writing.variable(component, name) for name in single if name not in writing.types[component]}
+    grouped: dict[str, list[Signal]] = {}
+    for signal in signals:
+        variable = writing.variable(component, signal.name)
+        alone = writing.version == "1.0" or variable in apart
+        grouped.setdefault(signal.name if alone else variable, []).append(signal)
+    return grouped.items()
 
 
-def _component(
-    elements: etree._Element, component: SystemComponent, signals: Sequence[tuple[Signal, str]], place: str,
-    units: Mapping[str, Unit], enumerations: dict[tuple[tuple[str, int], ...], str],
-) -> etree._Element:  # fmt: skip
-    element = _add(elements, "ssd", "Component", name=component.name, type="application/x-fmu-sharedlibrary", source=place)
-    connectors = _add(element, "ssd", "Connectors") if signals else element
-    for signal, kind in signals:
-        connector = _add(connectors, "ssd", "Connector", name=signal.name, kind=kind)
-        if signal.type == "enumeration":
-            name = enumerations.setdefault(signal.items, f"enumeration_{len(enumerations) + 1}")
-            _add(connector, "ssc", "Enumeration", name=name)
-        else:
-            unit = signal.unit if signal.unit in units else ""
-            _add(connector, "ssc", _TYPES[signal.type], **({"unit": unit} if signal.type == "real" else {}))
-    return element
+def _connector(
+    parent: etree._Element, component: str, name: str, kind: str, signals: list[Signal], writing: Writing
+) -> None:  # fmt: skip
+    signal = signals[0]
+    connector = add(parent, "ssd", "Connector", name=name, kind=kind)
+    if signal.type == "enumeration":
+        item = writing.enumerations.setdefault(signal.items, f"enumeration_{len(writing.enumerations) + 1}")
+        add(connector, "ssc", "Enumeration", name=item)
+    else:
+        unit = signal.unit if signal.unit in writing.units else ""
+        add(connector, "ssc", writing.type_of(component, signal), **({"unit": unit} if signal.type == "real" else {}))
+    if name != signal.name:
+        last = signals[-1].name  # elements are in order, so the last one's index is the shape
+        dimensions(connector, map(int, last[last.rindex("[") + 1 : -1].split(",")))
 
 
 def _connection(connections: etree._Element, wire: Connection, descriptions: Mapping[str, SlaveDescription]) -> None:
-    element = _add(
+    element = add(
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
     )  # fmt: skip
     plain = all((h.factor, h.offset, h.suppress, h.table, h.explicit) == (1.0, 0.0, False, (), False) for h in wire.conversions)
     if plain:
         return
-    a = next(s for s in descriptions[wire.start[0]].outputs if s.name == wire.start[1])
-    b = next(s for s in descriptions[wire.end[0]].inputs if s.name == wire.end[1])
+    a = next(s for s in descriptions[wire.start[0]].outputs if wire.start[1] in (s.name, base(s.name)))
+    b = next(s for s in descriptions[wire.end[0]].inputs if wire.end[1] in (s.name, base(s.name)))
     total = transfer(wire, a, b)
     if total.table is None:
         element.set("suppressUnitConversion", "true")
-        _add(element, "ssc", "LinearTransformation", factor=repr(total.factor), offset=repr(total.offset))
+        add(element, "ssc", "LinearTransformation", factor=repr(total.factor), offset=repr(total.offset))
         return
     kind = "Boolean" if a.type == b.type == "boolean" else "Integer"
-    mapping = _add(element, "ssc", f"{kind}MappingTransformation")
+    mapping = add(element, "ssc", f"{kind}MappingTransformation")
     for source, target in total.table.items():
         if not float(target).is_integer():
             raise ValueError(f"connection to {'.'.join(wire.end)}: a mapping in SSP must be to whole numbers, got {target:g}")
         pair = [str(bool(n)).lower() if kind == "Boolean" else str(int(n)) for n in (source, target)]
-        _add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
-
-
-def _parameter_set(
-    name: str, component: SystemComponent, description: SlaveDescription, units: Mapping[str, Unit]
-) -> etree._Element | None:
-    """The values of a component as an .ssv; None where there are none. All sets have one name, which some importers ask for."""
-    used = {k: NAMESPACES[k] for k in ("ssv", "ssc")}
-    root = etree.Element(_tag("ssv", "ParameterSet"), {"version": "1.0", "name": name}, nsmap=used)
-    parent = _add(root, "ssv", "Parameters")
-    for variable in component.values:
-        if variable not in description.settable:
-            raise unknown(f"parameter of {component.name!r}:", variable, description.settable)
-    mentioned = set()
-    for variable, given in {**component.bound, **component.values}.items():
-        if variable not in description.settable:
-            continue
-        signal = description.settable[variable]
-        try:
-            value = signal.value(given)
-        except ValueError as error:
-            raise ValueError(f"{component.name}.{variable}: {error}") from None
-        unit = signal.unit if signal.unit in units and signal.type == "real" else ""
-        mentioned.add(unit)
-        elements = value if isinstance(value, tuple) else (value,)
-        names = [s for s in description.settable if s.startswith(f"{variable}[")] if signal.shape else [variable]
-        for element, label in zip(elements, names, strict=True):
-            _parameter(parent, label, signal, element, unit)
-    _write_units(root, "ssv", {name: units[name] for name in mentioned if name})
-    return root if len(parent) else None
-
-
-def _parameter(parent: etree._Element, name: str, signal: Signal, value: Value, unit: str) -> None:
-    text: Any = value
-    if isinstance(value, float):
-        text = {
-            "real": repr(value), "integer": str(int(value)), "boolean": str(bool(value)).lower(),
-            "enumeration": next((item for item, number in signal.items if number == value), str(int(value))),
-        }[signal.type]  # fmt: skip
-    elif isinstance(value, bytes):
-        text = value.hex()
-    element = etree.SubElement(_add(parent, "ssv", "Parameter", name=name), _tag("ssv", _TYPES[signal.type]), value=str(text))
-    if unit:
-        element.set("unit", unit)
-
-
-def _bytes(root: etree._Element) -> bytes:
-    return bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True))
+        add(mapping, "ssc", "MapEntry", source=pair[0], target=pair[1])
