@@ -1,15 +1,20 @@
 """FMUs for Model Exchange as slaves: CVODE integrates, events are where they belong, and each refusal is one line."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import exchange_fmus
 import numpy as np
 import pytest
+import small_fmus
 from test_events import G, flight
 
-from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate
+from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate, ssp
+from gyro_cosim.export import pack_fmu
 from gyro_cosim.slaves import open_slave, restorable
+from gyro_cosim.slaves.exchange.integrator import Integrator
+from gyro_cosim.ssp.packing import pack
 
 
 def one(file: Path, **values: float) -> System:
@@ -21,8 +26,7 @@ def version(request: pytest.FixtureRequest) -> int:
     return int(request.param)
 
 
-@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
-@pytest.mark.parametrize("step", [0.01, 0.37])
+@pytest.mark.parametrize(("step", "isolate"), [(0.01, False), (0.37, False), (0.37, True)])
 def test_every_impact_is_at_its_own_time_whatever_the_step(step: float, isolate: bool, version: int, tmp_path: Path) -> None:
     done = simulate(one(exchange_fmus.hopper(tmp_path, version)), step=step, stop=1.85, isolate=isolate)
     h, hits = flight(done.trajectory.t)
@@ -88,14 +92,13 @@ def test_a_discrete_input_changes_in_event_mode(version: int, tmp_path: Path) ->
     np.testing.assert_allclose(done.trajectory["b.v"], -G * t + np.sum([t >= kick for kick in kicks], axis=0), rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
-def test_an_event_and_a_completed_step_can_end_the_run(isolate: bool, version: int, tmp_path: Path) -> None:
+def test_an_event_and_a_completed_step_can_end_the_run(version: int, tmp_path: Path) -> None:
     file = exchange_fmus.hopper(tmp_path, version)
     third = np.sqrt(2.0 / G) * (1 + 2 * 0.7 + 2 * 0.7**2)
-    done = simulate(one(file, last=3), step=0.1, stop=2.0, isolate=isolate)
+    done = simulate(one(file, last=3), step=0.1, stop=2.0)
     assert (done.status, done.trajectory.t[-1]) == ("ended", pytest.approx(1.5))
     assert f"component 'a' asks to end the run at t = {third:.5f}"[:-1] in done.ended_by
-    done = simulate(one(file, fault=6), step=0.1, stop=2.0, isolate=isolate)
+    done = simulate(one(file, fault=6), step=0.1, stop=2.0)
     assert (done.status, done.trajectory.t[-1]) == ("ended", pytest.approx(0.2))
 
 
@@ -113,6 +116,43 @@ def test_what_fails_is_told_in_one_line_with_the_fmus_own_words(fault: int, word
     with pytest.raises(SlaveError, match=words) as caught:
         simulate(one(exchange_fmus.hopper(tmp_path, version), fault=fault), step=0.1, stop=1.0)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["gyro_unit:nonlinear", "sampled", "gain"])
+@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
+def test_model_exchange_and_co_simulation_agree(name: str, isolate: bool, built: Callable, version: int) -> None:
+    """The same FMU by both interfaces: with states, with samples that are time events, with neither."""
+    component, file, _ = built(name, str(version))
+    start = {v.name: 0.3 for v in component.inputs}
+    plan = System("s", (SystemComponent("a", str(file), start),), ())
+    exact = simulate(plan, step=0.0099, stop=0.5)  # at no point but the first is there a sample
+    got = simulate(plan.with_implementation("a", "ModelExchange"), step=0.0099, stop=0.5, isolate=isolate)
+    for signal in exact.trajectory.names:
+        a, b = got.trajectory[signal][1:], exact.trajectory[signal][1:]
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * np.abs(b).max() + 1e-12, err_msg=signal)
+    assert got.events == {"a": 71 if name == "sampled" else 0}
+
+
+@pytest.mark.parametrize("attributes", [(), ("canGetAndSetFMUstate", "canSerializeFMUstate")], ids=["its state", "its numbers"])
+def test_an_fmu_is_saved_written_and_brought_back(attributes: tuple[str, ...], built: Callable, tmp_path: Path) -> None:
+    """By its own state, or by time and continuous states where it remembers nothing else."""
+    _, file, _ = built("plain", "2")
+    slave: Any = open_slave("a", str(exchange_fmus.without(file, tmp_path / "plain.fmu", *attributes)))
+    slave.initialize({}, 0.0, 1.0)
+    U = np.array([[0.5], [1.0], [0.0]])
+    slave.step(U, 0.0, 0.3)
+    saved, written = slave.save(), slave.serialize()
+    slave.step(U, 0.3, 0.2)
+    expected = slave.output(U[0], 0.5)
+    slave.restore(saved)
+    slave.step(U, 0.3, 0.2)
+    np.testing.assert_array_equal(slave.output(U[0], 0.5), expected)
+    slave.discard(saved)
+    slave.initialize({}, 0.0, 1.0)
+    slave.deserialize(written)
+    slave.step(U, 0.3, 0.2)
+    np.testing.assert_array_equal(slave.output(U[0], 0.5), expected)
+    slave.close()
 
 
 def test_an_fmu_that_cannot_save_its_state_says_so(version: int, tmp_path: Path) -> None:
@@ -139,3 +179,46 @@ def test_a_restored_state_repeats_the_step_bit_for_bit(version: int, tmp_path: P
     slave.close()
     np.testing.assert_array_equal(ways[0][0], ways[1][0])
     assert ways[0][1] == ways[1][1] > before
+
+
+def test_a_far_jump_of_an_input_begins_anew_and_small_ones_do_not(version: int, tmp_path: Path, monkeypatch: Any) -> None:
+    begun = []
+    restart = Integrator.restart
+    monkeypatch.setattr(Integrator, "restart", lambda self, t, *how: (begun.append(t), restart(self, t, *how))[1])
+    slave: Any = open_slave("a", str(exchange_fmus.hopper(tmp_path, version)))
+    slave.initialize({"h": 10.0}, 0.0, 1.0)
+    u = np.zeros((3, len(slave.inputs)))
+    place = [s.name for s in slave.inputs].index("u")
+    v = 0.0
+    for k, size in enumerate([0.1, 0.1 + 1e-9, 0.1, 3.1, 3.1]):
+        u[0, place] = size
+        slave.step(u, 0.1 * k, 0.1)
+        v += 0.1 * (size - G)
+    assert begun == pytest.approx([0.0, 0.3])
+    assert dict(zip([s.name for s in slave.outputs], slave.output(u[0], 0.5), strict=True))["v"] == pytest.approx(v, abs=1e-7)
+    slave.close()
+
+
+def test_a_system_file_says_which_interface_and_pack_keeps_it(tmp_path: Path, built: Callable) -> None:
+    _, file, _ = built("plain", "2")
+    plan = System("s", (SystemComponent("a", str(file)),), ()).with_implementation("a", "ModelExchange")
+    again = ssp.read(pack(plan, tmp_path / "s.ssp"))
+    assert [c.implementation for c in again.components] == ["ModelExchange"]
+    assert simulate(again, step=0.1, stop=0.2).events == {"a": 0}
+    assert again.with_source("a", "plain.fmu").components[0].implementation == ""  # it was said of the other FMU
+
+
+def test_what_cannot_run_by_model_exchange_is_refused_in_one_line(tmp_path: Path, built: Callable) -> None:
+    _, file, _ = built("plain", "2")
+    plan = System("s", (SystemComponent("a", str(file)),), ()).with_implementation("a", "ModelExchange")
+    with pytest.raises(ValueError, match=r"must run by Co-Simulation, for the whole holds no integrator, 'a' runs by Model"):
+        pack_fmu(plan, tmp_path)
+    with pytest.raises(ValueError, match="must run as an FMU to be run by Model Exchange, 'gyro_unit:linear' runs in this"):
+        open_slave("g", "gyro_unit:linear", in_process=True, implementation="ModelExchange")
+    alone = str(small_fmus.mixed(tmp_path))
+    with pytest.raises(ValueError, match=r"must offer Model Exchange, offers Co-Simulation only"):
+        open_slave("m", alone, implementation="ModelExchange")
+    with pytest.raises(ValueError, match=r"must offer Co-Simulation, offers Model Exchange only"):
+        open_slave("m", str(exchange_fmus.hopper(tmp_path, 2)), implementation="CoSimulation")
+    with pytest.raises(ValueError, match="implementation must be CoSimulation or ModelExchange, got 'ME'"):
+        plan.with_implementation("a", "ME")

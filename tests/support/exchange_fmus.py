@@ -76,7 +76,7 @@ def without(fmu: Path, file: Path, *attributes: str) -> Path:
         for name in source.namelist():
             data = source.read(name)
             if name == "modelDescription.xml":
-                text = re.sub(r"<CoSimulation\b.*?(/>|</CoSimulation>)", "", data.decode(), flags=re.S)
+                text = re.sub(r"<CoSimulation\b([^>]*/>|.*?</CoSimulation>)", "", data.decode(), flags=re.S)
                 for attribute in attributes:
                     text = re.sub(rf'\s{attribute}="[^"]*"', "", text)
                 data = text.encode()

@@ -41,6 +41,12 @@ Swaps = Annotated[
 Parameters = Annotated[
     Path | None, typer.Option("--params", metavar="FILE", help="parameters from a .toml file (cosim params) or an .ssv file")
 ]
+Exchanged = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--model-exchange", metavar="COMPONENT", help="run this FMU by Model Exchange, integrated here, not by Co-Simulation"
+    ),
+]
 Values = Annotated[
     list[str] | None,
     typer.Option(
@@ -63,11 +69,14 @@ def is_system(name: str) -> bool:
 
 def chosen_system(
     name: str | System, gyro: str | None = None, values: Sequence[str] | None = None, *, vehicle: str | None = None,
-    swaps: Sequence[str] | None = None, params: Path | None = None,
+    swaps: Sequence[str] | None = None, params: Path | None = None, exchanged: Sequence[str] | None = None,
 ) -> System:  # fmt: skip
-    """The system called `name` with the options --vehicle, --gyro, --swap, --params and --set applied, in this order."""
+    """The system called `name` with --vehicle, --gyro, --swap, --params, --set and --model-exchange applied, in this order."""
     plan = named_system(name) if isinstance(name, str) else name
-    return applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
+    plan = applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
+    for component in exchanged or ():
+        plan = plan.with_implementation(component, "ModelExchange")
+    return plan
 
 
 @overload

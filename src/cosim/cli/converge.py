@@ -10,6 +10,7 @@ from ..coupling import algorithm
 from .common import (
     AsJson,
     Degrees,
+    Exchanged,
     Gyro,
     InProcess,
     Parameters,
@@ -34,6 +35,7 @@ def command(
     swap: Swaps = None,
     set_: Values = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
     step: Annotated[
         str | None, typer.Option(metavar="TIME", help="coarsest macro step; 32 times the system's own otherwise")
     ] = None,
@@ -54,7 +56,7 @@ def command(
     from .. import figures
     from ..accuracy.convergence import converge
 
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
     coarsest = seconds(step, "--step", 32 * plan.step)
     if not coarsest > 0.0:
         raise ValueError(f"--step must be positive, got {step}")

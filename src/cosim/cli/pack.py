@@ -9,7 +9,21 @@ import typer
 from ..coupling import Algorithm, algorithm
 from ..ssp.packing import pack
 from ..systems import System
-from .common import AsJson, Gyro, Parameters, Swaps, SystemName, Values, Vehicle, chosen_system, needs, say, seconds, writable
+from .common import (
+    AsJson,
+    Exchanged,
+    Gyro,
+    Parameters,
+    Swaps,
+    SystemName,
+    Values,
+    Vehicle,
+    chosen_system,
+    needs,
+    say,
+    seconds,
+    writable,
+)
 from .export import VERSIONS
 from .settings import words
 
@@ -23,6 +37,7 @@ def command(
     swap: Swaps = None,
     set_: Values = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .ssp file, else SYSTEM.ssp; of an FMU also a folder")
     ] = None,
@@ -58,7 +73,7 @@ def command(
     for option, of_ssp in (("--ssp", ssp), ("--run", results)):
         if of_ssp is not None and as_fmu:
             raise ValueError(f"{option} has no effect with {AS_FMU}, got {str(of_ssp)!r}")
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
     if as_fmu:
         chosen = algorithm(algorithm_ or "jacobi", 1 if degree is None else degree, words(sequence or ""))
         files = _as_fmus(plan, output, fmi or "2", platform or "host", chosen, seconds(step, "--step"), sources is not False)

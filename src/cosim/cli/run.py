@@ -16,6 +16,7 @@ from .common import (
     AlgorithmName,
     AsJson,
     Degree,
+    Exchanged,
     Gyro,
     InProcess,
     Parameters,
@@ -43,6 +44,7 @@ def command(
     swap: Swaps = None,
     set_: Values = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
     step: Annotated[str | None, typer.Option(metavar="TIME", help="macro step, such as 1ms")] = None,
     start: Annotated[
         str | None, typer.Option(metavar="TIME", help="beginning of the run; 0 where the system does not say")
@@ -108,7 +110,7 @@ def command(
     from ..master.adaptive import Adaptive
     from ..master.checkpoint import Checkpoint, Resume
 
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
     chosen = algorithm(algorithm_, degree, words(sequence))
     h, end = seconds(step, "--step", plan.step), seconds(stop, "--stop", plan.stop)
     begin = seconds(start, "--start", plan.start)

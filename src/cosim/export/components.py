@@ -7,6 +7,7 @@ import numpy as np
 
 from ..network import Network
 from ..slaves import SlaveDescription
+from ..slaves.exchange.slave import ExchangeSlave
 from ..slaves.fmi.description import Description, Row, read
 from ..slaves.fmi.signals import by_variable, described
 from ..slaves.fmi.structure import STRUCTURAL
@@ -120,6 +121,10 @@ def refuse_what_the_kernel_cannot(system: System, network: Network) -> None:
     for component in system.components:
         if component.source.startswith(("process:", "tcp://")):
             raise ValueError(f"{what}: every component must be an FMU or come from one, {component.name!r} is {component.source}")
+    for slave in network.slaves:
+        if isinstance(slave, ExchangeSlave):
+            rule = "every component must run by Co-Simulation, for the whole holds no integrator"
+            raise ValueError(f"{what}: {rule}, {slave.name!r} runs by Model Exchange")
     network.refuse_loops()
     if not network.one_pass:
         raise ValueError(f"{what}: outputs must be consistent after one evaluation of each component, they need more")

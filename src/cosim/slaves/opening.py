@@ -28,10 +28,11 @@ def open_slave(
     values : what it will be given at the start; structural parameters must be known here, for the sizes of arrays.
     implementation : "CoSimulation" or "ModelExchange", by which an FMU shall run; else Co-Simulation where it offers that.
     """
-    if implementation and (source.startswith(("process:", "tcp://")) or (in_process and not source.endswith(".fmu"))):
-        where = "in this process" if in_process else "elsewhere"
-        raise ValueError(f"component {name!r} must run as an FMU to be run by {implementation}, {source!r} runs {where}")
-    if source.startswith(("process:", "tcp://")):
+    remote = source.startswith(("process:", "tcp://"))
+    if implementation == "ModelExchange" and (remote or (in_process and not source.endswith(".fmu"))):
+        where = "elsewhere" if remote else "in this process"
+        raise ValueError(f"component {name!r} must run as an FMU to be run by Model Exchange, {source!r} runs {where}")
+    if remote:
         from .processes.remote import RemoteSlave
 
         return RemoteSlave(name, source)

@@ -39,6 +39,10 @@ class Inputs:
         self._t, self._U = t, U[:, self.smooth]
         self.varying = bool(self._U[1:].any())
 
+    def hold(self, value: np.ndarray, t: float) -> None:
+        """From t (s) on the continuous ones are `value`."""
+        self._t, self._U, self.varying = t, np.array([value, 0.0 * value, 0.0 * value]), False
+
     def at(self, t: float) -> np.ndarray:
         """The continuous ones at t (s)."""
         s = t - self._t

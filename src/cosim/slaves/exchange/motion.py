@@ -6,7 +6,7 @@
     discrete input  where a step begins in which it differs from the one before
 
 There the FMU goes through event mode until its discrete states have settled, and the integrator begins anew. It does so, too,
-where a continuous input jumps, and after each save and restore, so that a repeated step repeats the bits.
+where a continuous input jumps far, and after each save and restore, so that a repeated step repeats the bits.
 """
 
 import ctypes
@@ -25,6 +25,7 @@ from .integrator import IntegrationError, Integrator
 
 MOST = 100_000  # steps of the integrator in one step of the slave
 STUCK = 1000  # events at one time after which an FMU counts as stuck
+FAR = 1000.0
 EPS = float(np.finfo(float).eps)
 
 
@@ -80,7 +81,7 @@ class Motion:
 
     def offer(self, u: np.ndarray, t: float, h: float = 0.0) -> None:
         """The inputs u at t (s), through event mode where a discrete one has changed."""
-        self._inputs.follow(np.array([u, 0.0 * u, 0.0 * u]), t)
+        self._inputs.hold(u[self._inputs.smooth], t)
         if self._over:
             self._inputs.put_all(u, t, h)
         elif tuple(u[self._inputs.discrete].tolist()) != self.known.note.discrete:
@@ -107,8 +108,8 @@ class Motion:
         if self.known.note.ends:
             raise EndRequest(self._fmu.name, t)
         if U.shape[1]:
+            self.fresh = self.fresh or self._jumps(U[0][self._inputs.smooth], t, h)
             self.offer(U[0], t, h)
-            self.fresh = self.fresh or not np.array_equal(self._inputs.at(t), self._last)
             self._inputs.follow(U, t)
             if self._n_z and self._signs(t, h) != self.known.positive:
                 self._event(U[0], t, h)
@@ -116,6 +117,24 @@ class Motion:
         if U.shape[1]:
             self._last = self._inputs.at(t + h)
             self.known = replace(self.known, positive=self._signs(t + h, h))
+
+    def _jumps(self, value: np.ndarray, t: float, h: float) -> bool:
+        """Whether the inputs jump so far at t (s) that within h a state moves by it FAR times further than the tolerance.
+
+        Over the small jumps of extrapolated inputs CVODE goes on, with its error under control: to begin anew takes ten steps
+        for one, and has the error of each.
+        """
+        if not self._n_x or np.array_equal(value, self._last):
+            return False
+        rates = []
+        for one in (self._last, value):
+            self._inputs.hold(one, t)
+            self._put(t, h)
+            status = self._calls.rates(self._instance, self._places[0], self._n_x)
+            self._fmu.check(status if status > 2 else 0, self._calls.rates_name, t, h)
+            rates.append(self._rates.copy() if status < 2 else np.nan * self._zero)
+        moved = h * np.abs(rates[1] - rates[0])
+        return not bool(np.all(moved <= FAR * self._tolerance * (np.abs(self.x) + 0.01 * self._nominals)))
 
     def _go(self, U: np.ndarray, t: float, end: float) -> None:
         """From t to `end` (s), in as many parts as things happen in between."""
