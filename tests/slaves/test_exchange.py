@@ -10,11 +10,12 @@ import pytest
 import small_fmus
 from test_events import G, flight
 
-from gyro_cosim import Connection, SlaveError, System, SystemComponent, simulate, ssp
+from gyro_cosim import Algorithm, Connection, Iterated, Jacobi, SlaveError, System, SystemComponent, simulate, ssp
 from gyro_cosim.export import pack_fmu
 from gyro_cosim.slaves import open_slave, restorable
 from gyro_cosim.slaves.exchange.integrator import Integrator
 from gyro_cosim.ssp.packing import pack
+from gyro_cosim.systems import Conversion
 
 
 def one(file: Path, **values: float) -> System:
@@ -131,6 +132,22 @@ def test_model_exchange_and_co_simulation_agree(name: str, isolate: bool, built:
         a, b = got.trajectory[signal][1:], exact.trajectory[signal][1:]
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-6 * np.abs(b).max() + 1e-12, err_msg=signal)
     assert got.events == {"a": 71 if name == "sampled" else 0}
+
+
+@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(2), Iterated(1)], ids=lambda a: f"{a.name} {a.degree}")
+def test_algorithms_keep_their_order(algorithm: Algorithm, built: Callable) -> None:
+    """Two pendulums that drive one another, against the same by Co-Simulation over small steps."""
+    _, file, _ = built("plain", "2")
+    drive = (Conversion(suppress=True, factor=4.0),)
+    wires = tuple(Connection((a, "phi"), (b, "u"), drive) for a, b in (("a", "b"), ("b", "a")))
+    parts = tuple(SystemComponent(name, str(file), {"phi": phi}) for name, phi in (("a", 0.5), ("b", -0.2)))
+    plan = System("s", parts, wires)
+    exact = simulate(plan, algorithm=Jacobi(2), step=1e-3, stop=1.0).trajectory.values[-1]
+    for name in "ab":
+        plan = plan.with_implementation(name, "ModelExchange")
+    h = 0.1 / 2.0 ** np.arange(4)
+    error = [np.abs(simulate(plan, algorithm=algorithm, step=h_i, stop=1.0).trajectory.values[-1] - exact).max() for h_i in h]
+    assert np.polyfit(np.log(h), np.log(error), 1)[0] == pytest.approx(algorithm.order, abs=0.15)
 
 
 @pytest.mark.parametrize("attributes", [(), ("canGetAndSetFMUstate", "canSerializeFMUstate")], ids=["its state", "its numbers"])
