@@ -125,7 +125,7 @@ def test_the_command_line_swaps_any_part(vendor: str, cosim: Callable[..., Any],
         assert (code, told in err) == (2 if told else 0, True), (words, err)
 
 
-def test_the_other_commands_swap_too(vendor: str, cosim_json: Callable[..., Any]) -> None:
+def test_the_other_commands_swap_too(vendor: str, cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:
     swap = f"gyro={vendor},omega=yaw_rate,torque=yaw_moment"
     ladder = ("--step", "4ms", "--rungs", "2", "--stop", "0.04", "--algorithm", "jacobi", "--degree", "1")
     found = cosim_json("converge", "wheel-pair", "--swap", swap, "--in-process", *ladder)
@@ -133,5 +133,13 @@ def test_the_other_commands_swap_too(vendor: str, cosim_json: Callable[..., Any]
     twice = ("--variant", "linear", "--variant", "linear", "--in-process", "--stop", "0.02")
     found = cosim_json("compare", "wheel-pair", "--vehicle", "wheelset", *twice)
     assert [v["source"] for v in found["variants"]] == ["gyro_unit:linear"] * 2
+    twice = ("--variant", "linear", "--variant", vendor, "--in-process", "--stop", "0.02")
+    ours = (*twice[:3], f"{vendor},omega=yaw_rate,torque=yaw_moment,spin=1900", *twice[4:])
+    code, out, _ = cosim("compare", "wheel-pair", *ours)
+    assert "note: gyro.spin=1900: 1900 rad/s = 18144 rpm" in out
+    code, _, err = cosim("converge", "lrt-curve", "--vehicle", "vehicle:lrt_set_b", "--swap", f"vehicle={vendor}")
+    assert (code, "--swap names a component once" in err) == (2, True)
+    code, _, err = cosim("pack", "lrt-curve", "--swap", f"vehicle={vendor}", "-o", "x.zip")
+    assert f"cosim: note: vehicle is {vendor} now: what the system had bound for vehicle:lrt is dropped: speed = 5" in err
     found = cosim_json("delay", "wheel-pair", "--swap", swap, "--stop", "0.1", "--longest", "20ms", "--degree", "0")
     assert found["component"] == "gyro"

@@ -79,6 +79,12 @@ def chosen_system(
     return plan
 
 
+def tell(notes: Sequence[str]) -> None:
+    """Notes on standard error, for commands whose result has no place for them."""
+    for note in notes:
+        console().print(f"cosim: note: {note}", soft_wrap=True)
+
+
 @overload
 def seconds(text: str, option: str) -> float: ...
 @overload

@@ -24,6 +24,7 @@ from .common import (
     progress,
     say,
     seconds,
+    tell,
     writable,
 )
 from .settings import Settings, read_settings
@@ -68,6 +69,7 @@ def command(
     from ..comparison.tolerances import read as read_tolerances
 
     plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
+    tell(plan.notes)
     chosen = read_settings(set_ or (), plan)
     component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)
@@ -106,7 +108,7 @@ def document(result: Comparison, degree: int) -> dict[str, Any]:
     def row(c: Candidate) -> dict[str, Any]:
         return {
             "variant": c.label, "source": c.source, "verdict": c.verdict, "violations": list(c.violations), "failure": c.failure,
-            "ignored": list(c.ignored),
+            "ignored": list(c.ignored), "notes": [] if c.run is None else list(c.run.notes),
             "signals": {n: {k: finite(v) for k, v in vars(d).items()} for n, d in c.differences.items()},
             "energy": [
                 {"unit": e.unit, "absorbed_J": e.absorbed, "least_J": e.least, "exchanged_J": e.exchanged, "created_J": e.created}
@@ -165,6 +167,7 @@ def _words(result: Comparison) -> list[str | Table]:
         words.append(f"{c.label}: {VERDICTS[c.verdict]}" + "".join(f"\n  {v}" for v in listed))
         if c.ignored:
             words.append(f"  (has no {', '.join(c.ignored)})")
+        words += [f"  (note: {note})" for note in (c.run.notes if c.run is not None else ()) if note not in result.system.notes]
     if reference.ignored:
         words.append(f"({reference.label} has no {', '.join(reference.ignored)})")
     why = f": {result.undecided}" if result.verdict is None else f", by tolerances {result.tolerances.where}"

@@ -24,6 +24,7 @@ from .common import (
     progress,
     say,
     seconds,
+    tell,
     writable,
 )
 
@@ -57,6 +58,7 @@ def command(
     from ..accuracy.convergence import converge
 
     plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
+    tell(plan.notes)
     coarsest = seconds(step, "--step", 32 * plan.step)
     if not coarsest > 0.0:
         raise ValueError(f"--step must be positive, got {step}")

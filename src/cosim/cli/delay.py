@@ -25,6 +25,7 @@ from .common import (
     progress,
     say,
     seconds,
+    tell,
     writable,
 )
 from .settings import assignment
@@ -72,6 +73,7 @@ def command(
         raise ValueError("--map and --plot go together")
     writable(plot, figures.check_format)
     plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+    tell(plan.notes)
     setting = DelayStudy(
         plan, seconds(step, "--step", 10 * plan.step), seconds(stop, "--stop", 20.0), component=component,
         algorithm=algorithm(algorithm_, degree), in_process=not fmus, longest=seconds(longest, "--longest"),

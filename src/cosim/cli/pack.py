@@ -22,6 +22,7 @@ from .common import (
     needs,
     say,
     seconds,
+    tell,
     writable,
 )
 from .export import VERSIONS
@@ -74,6 +75,7 @@ def command(
         if of_ssp is not None and as_fmu:
             raise ValueError(f"{option} has no effect with {AS_FMU}, got {str(of_ssp)!r}")
     plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
+    tell(plan.notes)
     if as_fmu:
         chosen = algorithm(algorithm_ or "jacobi", 1 if degree is None else degree, words(sequence or ""))
         files = _as_fmus(plan, output, fmi or "2", platform or "host", chosen, seconds(step, "--step"), sources is not False)

@@ -21,6 +21,7 @@ from .common import (
     progress,
     say,
     seconds,
+    tell,
 )
 from .settings import gyro_of, read_settings, words
 
@@ -74,6 +75,7 @@ def command(
     from ..sweeps import Sweep, sweep
 
     plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
+    tell(plan.notes)
     needs("--seed", seed, "--lhs", samples is not None)
     if scheduler is not None and workers is not None:
         raise ValueError(f"--workers has no effect with --scheduler, got {workers}")

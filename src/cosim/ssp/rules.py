@@ -7,7 +7,7 @@ other namespaces belong to other tools.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 
 from lxml import etree
@@ -152,27 +152,29 @@ def _words(text: str, pattern: str) -> dict[str, str]:
 
 
 def check(root: etree._Element) -> None:
-    """RuleError at the first place where `root` and what it holds break the table."""
-    for element in _walk(root):
+    """RuleError at the first place where `root` and what it holds break the table.
+
+    What stands in another tool's annotation is not looked at.
+    """
+    pending = [root]
+    while pending:
+        element = pending.pop()
         _check(element)
-
-
-def _walk(element: etree._Element) -> Iterator[etree._Element]:
-    """The elements that the table speaks of; what stands in another tool's annotation is not among them."""
-    yield element
-    name = short(element)
-    if name in _FREE or (name == "ssc:Annotation" and element.get("type") != ANNOTATION):
-        return
-    for child in element:
-        if isinstance(child.tag, str):
-            yield from _walk(child)
+        name = short(element)
+        if name not in _FREE and (name != "ssc:Annotation" or element.get("type") == ANNOTATION):
+            pending += [child for child in reversed(element) if isinstance(child.tag, str)]
 
 
 def short(element: etree._Element) -> str:
     """The name of an element with the usual prefix of its namespace: "ssd:System"; empty for other namespaces."""
-    tag = etree.QName(element)
-    prefix = next((kind for kind, space in NAMESPACES.items() if space == tag.namespace), "")
-    return f"{prefix}:{tag.localname}" if prefix else ""
+    return _short(str(element.tag))
+
+
+@cache
+def _short(tag: str) -> str:
+    name = etree.QName(tag)
+    prefix = next((kind for kind, space in NAMESPACES.items() if space == name.namespace), "")
+    return f"{prefix}:{name.localname}" if prefix else ""
 
 
 def _check(element: etree._Element) -> None:
@@ -180,9 +182,7 @@ def _check(element: etree._Element) -> None:
     if name == "ssc:Annotation":
         _annotation(element)
         return
-    parent = element.getparent()
-    within = "" if parent is None else short(parent)
-    rule = _rules().get(f"{within}/{name}") or _rules().get(name)
+    rule = _rules().get(name) or _rules().get(f"{short(element.getparent())}/{name}")  # the latter is an entry of a mapping
     if rule is None or name in _FREE:
         return  # a child that its parent has let in
     attributes, children = rule
