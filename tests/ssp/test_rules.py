@@ -120,6 +120,26 @@ def test_what_the_rules_say_is_what_the_standard_s_schema_says() -> None:
     assert seen > 60
 
 
+def test_what_only_ssp_2_has_is_known_and_checked_too(ssp: Ssp) -> None:
+    """Dimensions, also by another connector, clocks and their attributes, structural parameters, integers of all sizes."""
+    clock = '<ssc:Clock intervalVariability="constant" intervalDecimal="0.1"/>'
+    several = "".join(
+        f'<ssd:Connector name="{name}" kind="{kind}">{held}</ssd:Connector>'
+        for name, kind, held in (
+            ("n", "structuralParameter", "<ssc:UInt64/>"), ("tick", "input", clock),
+            ("u", "input", '<ssc:Float64/><ssc:Dimension sizeConnector="n"/><ssc:Dimension size="2"/><ssd:Clock name="tick"/>'),
+        )
+    )  # fmt: skip
+    text = ssd(f"<ssd:Connectors>{several}</ssd:Connectors>").replace('version="1.0"', 'version="2.0"')
+    assert ssp(text).components == ()
+    for wrong, words in (
+        ("sizeConnector", "Dimension: unknown attribute 'sizeConector'; did you mean 'sizeConnector'"),
+        ('intervalVariability="constant"', "Clock: intervalVariability must be one of constant, fixed, .* got 'konstant'"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ssp(text.replace(wrong, wrong.replace("sizeConn", "sizeCon").replace('"constant', '"konstant')))
+
+
 def test_a_fault_has_its_element() -> None:
     root = archive.xml(ssd(TWO).replace("<ssc:Real/>", "<ssc:Rael/>").encode(), "x")
     with pytest.raises(RuleError) as caught:

@@ -123,7 +123,8 @@ def load(location: str, kind: str, name: str, notes: list[Note]) -> Document:
 def document(location: str, root: etree._Element, kind: str, name: str, notes: list[Note]) -> Document:
     """The same for an element inside another file."""
     if root.tag != f"{{{NAMESPACES[kind]}}}{name}":
-        raise ValueError(f"system file {location!r} must hold an SSP {name}, got {root.tag!r}")
+        draft = ", a draft of before SSP 1.0" if "Draft" in str(root.tag) else ""
+        raise ValueError(f"system file {location!r} must hold an SSP {name}, got {root.tag!r}{draft}")
     version = root.get("version", "1.0")
     if not version.startswith(("1.", "2.")):
         raise ValueError(f"system file {location!r} must be of SSP 1.0 or 2.0, got {version!r}")
