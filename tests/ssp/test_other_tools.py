@@ -8,6 +8,9 @@ import pytest
 from ssp_files import HEAD, TAIL, Ssp, bound, component, connection, connections, connector, elements, ssd, value, write
 
 from gyro_cosim import Jacobi, simulate, system
+from gyro_cosim.network.joining import transfer
+from gyro_cosim.slaves.described import described_slave
+from gyro_cosim.ssp.packing import pack
 
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 TWO = elements(component("a", "output y"), component("b", "input u"))
@@ -130,3 +133,25 @@ def test_run_says_what_a_binding_could_not_apply(
     notes = cosim_json("info", str(write(tmp_path, bound(value("own", 2), mapping=mapping) + TWO)))["notes"]
     assert any("not in the parameter set, and so without effect: 'on' (did you mean 'own'?)" in note for note in notes)
     assert any("not used, for the mapping has no entry: 'own'" in note for note in notes)
+
+
+def test_items_of_enumerations_are_mapped_by_name(ssp: Ssp) -> None:
+    """In a connection to the numbers of both ends' items; in a parameter mapping as text. Misspelt ones have the nearest name."""
+    entries = "".join(f'<ssc:MapEntry source="{a}" target="{b}"/>' for a, b in (("slow", "fast"), ("fast", "slow")))
+    change = f"<ssc:EnumerationMappingTransformation>{entries}</ssc:EnumerationMappingTransformation>"
+    two = elements(component("a", "output mode_out"), component("b", "input mode"))
+    plan = ssp(two + connections(connection("a.mode_out", "b.mode", change)))
+    fmu = described_slave("a", plan.components[0].source).description
+    ends = [next(s for s in signals if s.name == name) for signals, name in ((fmu.outputs, "mode_out"), (fmu.inputs, "mode"))]
+    assert transfer(plan.connections[0], *ends).table == {2.0: 5.0, 5.0: 2.0}  # the numbers of slow and fast
+    packed = system(str(pack(plan, Path(plan.components[0].source.partition("#")[0]).with_name("again.ssp"))))
+    assert transfer(packed.connections[0], *ends).table == {2.0: 5.0, 5.0: 2.0}
+    entry = f'<ssm:MappingEntry source="own" target="a.mode">{change}</ssm:MappingEntry>'
+    mapping = f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0">{entry}</ssm:ParameterMapping></ssd:ParameterMapping>'
+    assert ssp(bound(value("own", "slow", "Enumeration"), mapping=mapping) + two).components[0].bound == {"mode": "fast"}
+    wrong = connections(connection("a.mode_out", "b.mode", change.replace('target="fast"', 'target="fest"')))
+    with pytest.raises(ValueError, match=r"unknown item of b\.mode: 'fest'; did you mean 'fast'"):
+        simulate(ssp(two + wrong))
+    with pytest.raises(ValueError, match=r"a mapping of items must be between enumerations, b\.add is an integer"):
+        simulate(ssp(elements(component("a", "output mode_out"), component("b", "input add"))
+                     + connections(connection("a.mode_out", "b.add", change))))  # fmt: skip

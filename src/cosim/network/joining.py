@@ -6,7 +6,7 @@ from typing import NoReturn
 
 from gyro_cosim.component.units import Unit
 
-from ..errors import WiringError
+from ..errors import WiringError, unknown
 from ..slaves import Signal
 from ..systems import Connection, Conversion
 from ..systems.quantities import between
@@ -32,6 +32,8 @@ class Transfer:
 def transfer(wire: Connection, a: Signal, b: Signal) -> Transfer:
     """How the value of output `a` becomes that of input `b`; WiringError where types or units do not fit."""
     start, end = ".".join(wire.start), ".".join(wire.end)
+    if any(hop.items for hop in wire.conversions):
+        return Transfer(table=_named(wire, start, end, a, b))
     tables = [dict(hop.table) for hop in wire.conversions if hop.table]
     if tables:
         return Transfer(table=_composed(tables, wire, start, end, a, b))
@@ -111,3 +113,22 @@ def _composed(
         except ValueError as error:
             raise WiringError(f"connection {start} -> {end}: a mapping's target {error}") from None
     return found
+
+
+def _named(wire: Connection, start: str, end: str, a: Signal, b: Signal) -> dict[float, float]:
+    """The table of numbers of a mapping from items of one enumeration to those of another."""
+    for signal, name in ((a, start), (b, end)):
+        if signal.type != "enumeration":
+            fail(wire, f"a mapping of items must be between enumerations, {name} is {article(signal.type)}")
+    if any(hop.table or _linear(hop) for hop in wire.conversions):
+        fail(wire, "a mapping of items and other transformations must not be mixed")
+    tables = [dict(hop.items) for hop in wire.conversions if hop.items]
+    found = tables[0]
+    for table in tables[1:]:
+        found = {source: table[middle] for source, middle in found.items() if middle in table}
+    sources, targets = dict(a.items), dict(b.items)
+    for source, target in found.items():
+        for item, known, name in ((source, sources, start), (target, targets, end)):
+            if item not in known:
+                fail(wire, str(unknown(f"item of {name}:", item, known)))
+    return {float(sources[source]): float(targets[target]) for source, target in found.items()}

@@ -79,7 +79,7 @@ def _source(
     i, place, a = outputs[wire.start]
     if a.type != b.type:
         _refuse(start, a, end, b)
-    if any(hop.table or hop.explicit or (hop.factor, hop.offset) != (1.0, 0.0) for hop in wire.conversions):
+    if any(hop.table or hop.items or hop.explicit or (hop.factor, hop.offset) != (1.0, 0.0) for hop in wire.conversions):
         raise WiringError(f"connection {start} -> {end}: a {a.type} must be passed on as it is, without a transformation")
     return i, place
 

@@ -10,6 +10,7 @@ from lxml import etree
 
 from gyro_cosim.component.units import Unit
 
+from ..errors import nearest
 from ..systems import Conversion, archive
 from ..systems.quantities import Quantity, defined, meaning
 from .rules import NAMESPACES, REAL, TYPES, RuleError, check
@@ -211,7 +212,7 @@ def conversion_of(found: Document, element: etree._Element, start: Unit | None =
             entries = mapping.findall("ssc:MapEntry", NAMESPACES)
             pairs = [(found.attribute(e, "source"), found.attribute(e, "target")) for e in entries]
             if kind == "Enumeration":
-                raise found.fault(element, "a mapping of enumeration items by name is not supported, use one of their numbers")
+                return Conversion(start, end, suppress=suppress, items=tuple(pairs))
             try:
                 return Conversion(start, end, suppress=suppress, table=tuple((_whole(a), _whole(b)) for a, b in pairs))
             except ValueError as error:
@@ -233,6 +234,11 @@ def through(value: Any, conversion: Conversion) -> Any:
         if number not in table:
             raise ValueError(f"a mapping must have an entry for {value}")
         return table[number]
+    if conversion.items:
+        names = dict(conversion.items)
+        if str(value) not in names:
+            raise ValueError(f"a mapping must have an entry for {value!r}{nearest(str(value), names)}")
+        return names[str(value)]
     if conversion == Conversion():
         return value
     if isinstance(value, str | bytes):

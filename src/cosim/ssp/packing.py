@@ -22,7 +22,7 @@ from ..slaves.described import DescribedSlave
 from ..slaves.fmi.description import read
 from ..slaves.fmi.signals import described
 from ..slaves.fmi.structure import configured
-from ..systems import Connection, System, archive, catalogue
+from ..systems import Connection, Conversion, System, archive, catalogue
 from .rules import ANNOTATION, NAMESPACES
 from .traceability import MEMBER, RESULTS, provenance, results
 from .writing import VERSIONS, Writing, add, as_bytes, base, dimensions, parameter_set, tag, units_of, write_units
@@ -208,7 +208,7 @@ def _connection(connections: etree._Element, wire: Connection, descriptions: Map
         connections, "ssd", "Connection",
         startElement=wire.start[0], startConnector=wire.start[1], endElement=wire.end[0], endConnector=wire.end[1],
     )  # fmt: skip
-    plain = all((h.factor, h.offset, h.suppress, h.table, h.explicit) == (1.0, 0.0, False, (), False) for h in wire.conversions)
+    plain = all(h == Conversion(h.start, h.end) for h in wire.conversions)
     if plain:
         return
     a = next(s for s in descriptions[wire.start[0]].outputs if wire.start[1] in (s.name, base(s.name)))

@@ -82,6 +82,8 @@ class Conversion:
         (source, target) pairs for numbers that stand for booleans, integers or enumerations.
     explicit : bool
         Whether the linear transformation is stated, even as factor 1 and offset 0: types may then differ.
+    items : tuple of (str, str)
+        (source, target) pairs of names of enumeration items.
     """
 
     start: Unit | None = None
@@ -91,6 +93,7 @@ class Conversion:
     suppress: bool = False
     table: tuple[tuple[float, float], ...] = ()
     explicit: bool = False
+    items: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
