@@ -105,7 +105,7 @@ static int update(Hopper *b, int *more, int *ends, int *new_nominals, int *value
         b->v[IMPACTS] += 1, b->v[SPECK] *= 1e-6, *new_nominals = *values = 1;
         b->v[H] = 0.0, b->v[V] *= -b->v[E];
     }
-    if (b->v[TIME] >= due(b)) b->v[TICKS] += 1;
+    if (b->v[TIME] == due(b) || b->v[TIME] > due(b) + 1e-6) b->v[TICKS] += 1; /* to the last bit, or overdue */
     if (b->nudge) b->v[NUDGES] += 1, b->nudge = 0;
     if (b->v[KICK] != b->kicked) b->v[V] += b->v[KICK] - b->kicked, b->kicked = b->v[KICK], *values = 1;
     b->v[ABOVE] = b->v[U] > 0.5;

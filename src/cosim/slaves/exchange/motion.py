@@ -9,7 +9,6 @@ There the FMU goes through event mode until its discrete states have settled, an
 where a continuous input jumps far, and after each save and restore, so that a repeated step repeats the bits.
 """
 
-import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NoReturn
@@ -19,6 +18,7 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from ..fmi.events import UPDATES, EventState, hears_of_steps
 from ..fmi.fmu import FmuSlave
+from .equations import Equations
 from .functions import Functions
 from .inputs import Inputs
 from .integrator import IntegrationError, Integrator
@@ -57,20 +57,15 @@ class Motion:
     def __init__(self, fmu: FmuSlave, calls: Functions, inputs: Inputs, tolerance: float, t: float) -> None:
         self._fmu, self._calls, self._inputs, self._tolerance = fmu, calls, inputs, tolerance
         self._instance, self._hears = fmu.instance, hears_of_steps(fmu.model)
-        self._n_x, self._n_z = calls.sizes(self._instance, t)
-        self._rates, self._z, self._nominals = np.zeros(self._n_x), np.zeros(self._n_z), np.ones(self._n_x)
-        self._zero = np.zeros(self._n_x)
-        self._places = [array.ctypes.data for array in (self._rates, self._z, self._nominals)]
-        names = {row.reference: repr(row.name) for row in reversed(fmu.model.rows)}
-        stated = [names[rate] for _, rate in fmu.model.states]
-        self._rate_names = stated if len(stated) == self._n_x else [str(k + 1) for k in range(self._n_x)]
-        self._trouble = ""
-        self._integrator = Integrator(self._n_x, self._n_z, self._on_rates, self._on_roots)
+        self._equations = Equations(fmu, calls, inputs, t)
+        self._n_x, self._n_z = self._equations.n_x, self._equations.n_z
+        self._nominals = np.ones(self._n_x)
+        self._integrator = Integrator(self._n_x, self._n_z, self._equations.rates, self._equations.roots)
         self.x = self._integrator.x
         self._x_place = self.x.ctypes.data
         self.known = Known(EventState(discrete=inputs.told(t)))
         self._last = np.full(inputs.smooth.size, np.nan)  # continuous inputs at the end of the last step
-        self.fresh, self._over = True, False
+        self.fresh, self._over, self._at = True, False, t
         self._settle(t, 0.0, told=True)
 
     def close(self) -> None:
@@ -91,9 +86,9 @@ class Motion:
 
     def back(self, known: Known, t: float) -> None:
         """The FMU has gone back to t (s), where `known` was known."""
-        self.known, self.fresh, self._over = known, True, False
-        self._fmu.check(self._calls.get_states(self._instance, self._x_place, self._n_x), "the FMU's states", t, 0.0)
-        self._read_nominals(t, 0.0)
+        self.known, self.fresh, self._over, self._at = known, True, False, t
+        self._equations.read_states(self._x_place, t, 0.0)
+        self._nominals = self._equations.nominals(t, 0.0)
 
     def put_back(self, t: float, x: np.ndarray) -> None:
         """The FMU goes back to t (s) and the states x, all that it remembers."""
@@ -111,12 +106,12 @@ class Motion:
             self.fresh = self.fresh or self._jumps(U[0][self._inputs.smooth], t, h)
             self.offer(U[0], t, h)
             self._inputs.follow(U, t)
-            if self._n_z and self._signs(t, h) != self.known.positive:
+            if self._n_z and self._equations.signs(t, h) != self.known.positive:
                 self._event(U[0], t, h)
         self._go(U, t, t + h)
         if U.shape[1]:
             self._last = self._inputs.at(t + h)
-            self.known = replace(self.known, positive=self._signs(t + h, h))
+            self.known = replace(self.known, positive=self._equations.signs(t + h, h))
 
     def _jumps(self, value: np.ndarray, t: float, h: float) -> bool:
         """Whether the inputs jump so far at t (s) that within h a state moves by it FAR times further than the tolerance.
@@ -130,16 +125,15 @@ class Motion:
         for one in (self._last, value):
             self._inputs.hold(one, t)
             self._put(t, h)
-            status = self._calls.rates(self._instance, self._places[0], self._n_x)
-            self._fmu.check(status if status > 2 else 0, self._calls.rates_name, t, h)
-            rates.append(self._rates.copy() if status < 2 else np.nan * self._zero)
+            rates.append(self._equations.present_rates(t, h))
         moved = h * np.abs(rates[1] - rates[0])
         return not bool(np.all(moved <= FAR * self._tolerance * (np.abs(self.x) + 0.01 * self._nominals)))
 
     def _go(self, U: np.ndarray, t: float, end: float) -> None:
         """From t to `end` (s), in as many parts as things happen in between."""
-        h, now, steps, stuck, self._trouble = end - t, t, 0, 0, ""
+        h, steps, stuck, self._equations.trouble = end - t, 0, 0, ""
         close = 1e-9 * h + 4 * EPS * abs(end)
+        now = self._at if abs(self._at - t) <= close else t  # an event may have been a hair beyond the last step
         while end - now > close or self.known.note.due <= now + close:
             due, before = self.known.note.due, now
             happens = due <= now + close
@@ -147,7 +141,7 @@ class Motion:
                 now = max(now, due)
                 self._place(now, h)
             else:
-                now, happens = self._advance(now, due if due < end - close else end)
+                now, happens = self._advance(now, due if due <= end + close else end)
                 happens = self._arrive(now, h) or happens or due <= now
                 steps += 1
             if happens:
@@ -161,7 +155,7 @@ class Motion:
             if stuck > STUCK or steps > MOST:
                 most = f"{min(steps, MOST)} steps of the integrator"
                 self._fails(f"{most} must reach the end, they are at t = {now:.9g} s{self._why}", t, h)
-        if now != end and not self._over:
+        if now < end and not self._over:
             self._place(end, h)
 
     def _advance(self, now: float, stop: float) -> tuple[float, bool]:
@@ -189,7 +183,7 @@ class Motion:
 
     def _place(self, t: float, h: float) -> None:
         """The FMU at t (s), with the states and inputs there."""
-        calls, instance, prefix = self._calls, self._instance, self._calls.prefix
+        calls, instance, prefix, self._at = self._calls, self._instance, self._calls.prefix, t
         self._fmu.check(calls.set_time(instance, t), f"{prefix}SetTime", t, h)
         if self._inputs.varying:
             self._put(t, h)
@@ -231,69 +225,18 @@ class Motion:
         self._over = update.ends
         if not self._over:
             self._calls.enter_continuous_time_mode(self._instance, t, h)
-        if self._n_x:
-            status = self._calls.get_states(self._instance, self._x_place, self._n_x)
-            self._fmu.check(status, f"{self._calls.prefix}GetContinuousStates", t, h)
+        self._equations.read_states(self._x_place, t, h)
         if told:
-            self._read_nominals(t, h)
+            self._nominals = self._equations.nominals(t, h)
         note = self.known.note
-        self.known = Known(replace(note, due=update.due, ends=note.ends or update.ends), self._signs(t, h))
+        self.known = Known(replace(note, due=update.due, ends=note.ends or update.ends), self._equations.signs(t, h))
         self.fresh = True
-
-    def _signs(self, t: float, h: float) -> tuple[bool, ...]:
-        """Which event indicators are above zero."""
-        if not self._n_z:
-            return ()
-        status = self._calls.indicators(self._instance, self._places[1], self._n_z)
-        self._fmu.check(status, f"{self._calls.prefix}GetEventIndicators", t, h)
-        return tuple((self._z > 0.0).tolist())
-
-    def _read_nominals(self, t: float, h: float) -> None:
-        if self._n_x:
-            status = self._calls.nominals(self._instance, self._places[2], self._n_x)
-            self._fmu.check(status, f"{self._calls.prefix}GetNominalsOfContinuousStates", t, h)
-            self._nominals[~(np.isfinite(self._nominals) & (self._nominals != 0.0))] = 1.0
-            np.abs(self._nominals, out=self._nominals)
-
-    # ---- what the integrator asks
-
-    def _on_rates(self, t: float, x: int, rates: int) -> int:
-        calls, instance, n = self._calls, self._instance, self._n_x
-        status = calls.set_time(instance, t)
-        if self._inputs.varying:
-            status = max(status, self._inputs.put(t)[0])
-        status = max(status, calls.set_states(instance, x, n), calls.rates(instance, self._places[0], n))
-        if self._rates @ self._zero == 0.0:  # NaN is not, nor infinity
-            ctypes.memmove(rates, self._places[0], 8 * n)
-            return self._judged(status, calls.rates_name, t)
-        if status < 2:
-            k = int(np.flatnonzero(~np.isfinite(self._rates))[0])
-            self._trouble = f"derivative {self._rate_names[k]} must be finite, is {self._rates[k]} at t = {t:.9g} s"
-            return 1
-        return self._judged(status, calls.rates_name, t)
-
-    def _on_roots(self, t: float, x: int, z: int) -> int:
-        calls, instance = self._calls, self._instance
-        status = calls.set_time(instance, t)
-        if self._inputs.varying:
-            status = max(status, self._inputs.put(t)[0])
-        if self._n_x:
-            status = max(status, calls.set_states(instance, x, self._n_x))
-        status = max(status, calls.indicators(instance, z, self._n_z))
-        return self._judged(status, f"{calls.prefix}GetEventIndicators", t)
-
-    def _judged(self, status: int, call: str, t: float) -> int:
-        """For CVODE: 1 where a shorter step may help."""
-        if status < 2:
-            return 0
-        self._fmu.check(status if status > 2 else 0, call, t, 0.0)
-        self._trouble = f"{call} answered discard at t = {t:.9g} s"
-        return 1
 
     @property
     def _why(self) -> str:
         """The last thing in this step that made the integrator try a shorter one."""
-        return self._trouble and f": {self._trouble}"
+        trouble = self._equations.trouble
+        return trouble and f": {trouble}"
 
     def _fails(self, reason: str, t: float, h: float) -> NoReturn:
         raise SlaveError(self._fmu.name, t, h, reason, self._fmu.log.said())
