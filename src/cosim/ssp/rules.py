@@ -75,7 +75,7 @@ ssd:Units: > ssc:Unit*
 ssd:DefaultExperiment: startTime=double stopTime=double > ssd:Annotations
 ssd:Annotations: > ssc:Annotation*
 ssc:Annotations: > ssc:Annotation*
-ssc:Enumeration: name! {_BASE} > ssc:Item* ssc:Annotations
+ssc:Enumeration: name {_BASE} > ssc:Item* ssc:Annotations
 ssc:Item: name! value=int! >
 ssc:Unit: name! {_BASE} > ssc:BaseUnit ssc:Annotations
 ssc:BaseUnit: kg=int m=int s=int A=int K=int mol=int cd=int rad=int factor=double offset=double >
