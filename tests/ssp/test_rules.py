@@ -1,5 +1,6 @@
 """Every document is checked by the rules of SSP: nothing that a user wrote is read as a default."""
 
+import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -67,6 +68,20 @@ def test_a_misspelt_word_is_refused_with_line_and_nearest_name(ssp: Ssp, inside:
         ssp(inside)
     assert "x.ssp" in str(caught.value)
     assert ", line 1: " in str(caught.value)
+
+
+def test_no_name_in_a_file_can_be_misspelt_unnoticed(ssp: Ssp) -> None:
+    """Every name of an element or attribute in turn, with its last letter doubled, wherever it stands."""
+    wire = connection("a.y", "b.u", '<ssc:LinearTransformation factor="2" offset="1"/>', 'suppressUnitConversion="true"')
+    mapping = '<ssd:ParameterMapping><ssm:ParameterMapping version="1.0"><ssm:MappingEntry source="u" target="a.u"/>'
+    mapping += "</ssm:ParameterMapping></ssd:ParameterMapping>"
+    text = ssd(bound(value("u", 1, unit="ell"), mapping=mapping) + TWO + connections(wire))
+    assert ssp(text).components[0].bound != {}
+    names = [m.end(1) for m in re.finditer(r"(?<=[< ])((?:ss[dcvm]:)?[A-Za-z]+)(?==\"|=\'|[ />])", text)]
+    assert len(names) > 60
+    for end in names:
+        with pytest.raises(ValueError, match=r"x\.ssp"):
+            ssp(text[:end] + text[end - 1] + text[end:])
 
 
 def test_documents_beside_the_system_file_are_checked_too(ssp: Ssp) -> None:

@@ -109,8 +109,15 @@ def _bare(unit: str) -> str:
 
 def load(location: str, kind: str, name: str, notes: list[Note]) -> Document:
     """The file at `location`, whose root must be the element `name` of the namespace `kind`, checked by the rules of SSP."""
-    data, undeclared = with_prefixes(archive.read(location))
-    root = archive.xml(data, f"system file {location!r}")
+    data = archive.read(location)
+    undeclared: list[str] = []
+    try:
+        root = archive.xml(data, f"system file {location!r}")
+    except ValueError:
+        data, undeclared = with_prefixes(data)
+        if not undeclared:
+            raise
+        root = archive.xml(data, f"system file {location!r}")
     found = document(location, root, kind, name, notes)
     if undeclared:
         found.note(root, f"the namespace prefix {', '.join(undeclared)} is not declared")
