@@ -27,7 +27,7 @@ def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> No
         makers = [c for c in COMMANDS if c.split()[1] in ("export", "pack", "params")]
         making = [c for c in makers if name.split(".")[0] in c and c != command]
         if making and " -o " not in command:
-            maker = min(making, key=lambda c: name not in c)  # noqa: B023 (the one that names the file itself, if there is one)
+            maker = min(making, key=lambda c: name not in c)  # the one that names the file itself, if there is one
             assert cosim(*shlex.split(maker)[1:])[0] == 0
     code, out, err = cosim(*shlex.split(command)[1:])
     assert code == 0, err
