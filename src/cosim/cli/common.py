@@ -64,7 +64,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on
 
 def is_system(name: str) -> bool:
     """Whether `name` is that of a system, and not of a component or an FMU."""
-    return name in systems() or name.endswith((".ssd", ".ssp"))
+    return name in systems() or name.endswith((".ssd", ".ssp", ".toml"))
 
 
 def chosen_system(
