@@ -12,8 +12,9 @@ from gyro_cosim.comparison.robustness import Change, asked_again, changes, inter
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import open_network
 from gyro_cosim.railway.field import RAILWAY
+from gyro_cosim.railway.forms import with_creep_law
 from gyro_cosim.ssp import system
-from gyro_cosim.systems import StopWhen, System
+from gyro_cosim.systems import StopWhen, System, catalogue
 
 WITHIN = {"left.position": "1mm", "right.v2": 0.02}
 
@@ -104,8 +105,22 @@ def test_the_railway_knows_which_vehicles_have_another_creep_law() -> None:
     assert list(forms)[1] == "with FASTSIM (vehicle = vehicle:lrt_fastsim)"
     plan = system("lrt-curve")
     assert all(form.components[0].values == plan.components[0].values for form in forms.values())
-    assert not RAILWAY.forms(system("lrt-curve-b"))
+    assert not RAILWAY.forms(system("lrt-straight-b").with_source("vehicle", "lrt_solid_axle"))
     assert not RAILWAY.forms(system("wheel-pair"))
+
+
+def test_another_creep_law_keeps_the_numbers_of_the_vehicle() -> None:
+    """Set B is a variant with Polach's law: with FASTSIM it has the same wheels, on the system's own track."""
+    plan = system("lrt-curve-b").with_value("vehicle.friction", 0.3)
+    _, fastsim = RAILWAY.forms(plan).values()
+    (vehicle, *_), own = fastsim.components, plan.components[0]
+    rows = {v.name: v.start for v in catalogue.component(own.source).parameters}
+    other = {v.name: v.start for v in catalogue.component(vehicle.source).parameters}
+    assert vehicle.source == "vehicle:lrt_fastsim"
+    assert {**rows, **own.bound, **own.values} == {**other, **vehicle.bound, **vehicle.values}
+    assert (vehicle.bound["speed"], vehicle.values["friction"], vehicle.values["conicity"]) == (5.0, 0.3, 0.45)
+    with pytest.raises(ValueError, match="creep law of 'vehicle:wheel_pair' must be one of none that is known, got 'FASTSIM'"):
+        with_creep_law(system("wheel-pair"), "vehicle", "FASTSIM")
 
 
 @pytest.fixture

@@ -44,6 +44,20 @@ def test_no_other_system_sets_a_gimbal() -> None:
             assert not {n for n in (*c.bound, *c.values) if n.startswith("gimbal")}
 
 
+@pytest.mark.parametrize("ending", ["", "-b"])
+def test_a_bare_vehicle_is_that_of_the_curve_without_what_the_units_weigh(ending: str) -> None:
+    """The same track and numbers; of the table's masses and inertias only those of the gimbals are gone, 1200 kg in all."""
+    (bare,), (vehicle, *units) = system(f"lrt-curve-bare{ending}").components, system(f"lrt-curve{ending}").components
+    assert len(units) == 2
+    assert bare.source == vehicle.source
+    gone = {name for name in bare.bound if name not in vehicle.bound}
+    assert {**bare.bound, **dict.fromkeys(gone, 0.0)} == {**vehicle.bound, **dict.fromkeys(gone, 0.0)}
+    table = {v.name: v.start for v in catalogue.component(vehicle.source).parameters}
+    assert gone == {name for name in table if "gimbal" in name}
+    assert all(bare.bound[name] == 0.0 for name in gone)
+    assert 2 * sum(table[name] for name in gone if name.endswith("mass")) == 1200.0
+
+
 def test_the_vehicle_of_set_b_has_its_values() -> None:
     rows = {v.name: v.start for v in catalogue.component("vehicle:lrt_set_b").variables}
     assert {name: rows[name] for name in parameter_set("B").vehicle} == parameter_set("B").vehicle

@@ -9,16 +9,11 @@ from typing import TYPE_CHECKING, Any
 from ..systems import System
 from ..trajectory import Trajectory
 from .assessment import LATERAL, Assessment, assess, vehicles_in
+from .forms import CREEP_LAWS, creep_laws, with_creep_law
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# The same vehicle with another creep law, in words. A vehicle of another name has no other form that we know of.
-CREEP_LAWS = {
-    "vehicle:lrt": "Polach's creep law",
-    "vehicle:lrt_shen_hedrick_elkins": "the creep law of Shen, Hedrick and Elkins",
-    "vehicle:lrt_fastsim": "FASTSIM",
-}
 START = "1mm"  # how exactly a vehicle stands on its track, as we assume: the ledger's starts lie ten times as near
 
 
@@ -84,10 +79,9 @@ class Railway:
         """The system with each other creep law that its vehicle comes with."""
         made = {}
         for component in system.components:
-            if component.source in CREEP_LAWS:
-                for source, law in CREEP_LAWS.items():
-                    if source != component.source:
-                        made[f"with {law} ({component.name} = {source})"] = system.with_source(component.name, source)
+            for law in creep_laws(component.source)[1:]:
+                words = f"with {CREEP_LAWS[law][1]} ({component.name} = {CREEP_LAWS[law][0]})"
+                made[words] = with_creep_law(system, component.name, law)
         return made
 
 
