@@ -19,12 +19,17 @@ def command(
         typer.Option(metavar="N", help="draws from the ranges of parameters not given in the paper; 0: none"),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="S", help="seed of the draws")] = None,
+    robust: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="ask C6 to C10 again: N starts, three creep laws, half the internal step"),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Redraw the paper's figures and say of each claim whether it holds.
 
     Parameters that the paper does not give have a range. With draws from these ranges the table also says how far each claim
-    holds. Rows of draws are kept in DIR: the same study is not run again, and one that was stopped goes on.
+    holds. Rows of draws, and of the runs of --robust, are kept in DIR: the same study is not run again, and one that was stopped
+    goes on.
     """
     from ..paper import DRAWS, SEED, ledger, reproduce, studied, subjects
 
@@ -32,6 +37,9 @@ def command(
     if count < 0:
         raise ValueError(f"--draws must not be negative, got {count}")
     needs("--seed", seed, "draws (--draws N)", count > 0)
+    if robust is not None and robust < 1:
+        raise ValueError(f"--robust must be at least 1, got {robust}")
+    needs("--robust", robust, "the full vehicle (not --only-wheel-pair)", not only_wheel_pair)
     known: dict[str, str] = {}
     drawn: list[Path] = []
     if count:
@@ -39,11 +47,15 @@ def command(
             of = subjects(full_vehicle=not only_wheel_pair)
             known, drawn = studied(directory, count, SEED if seed is None else seed, of, progress=show)
     with progress("the paper") as show:
-        claims, files = reproduce(directory, full_vehicle=not only_wheel_pair, sensitivity=known, progress=show)
-    table = Table("id", "claim", "measured", "verdict", "sensitivity", show_lines=True)
+        claims, files = reproduce(
+            directory, full_vehicle=not only_wheel_pair, sensitivity=known, starts=robust or 0, progress=show
+        )
+    table = Table("id", "claim", "measured", "verdict", "asked again", "sensitivity", show_lines=True)
     for claim in claims:
         note = f"\n({claim.note})" if claim.note else ""
-        table.add_row(claim.id, f"{claim.claim} [{claim.where}]", claim.measured + note, claim.verdict, claim.sensitivity)
+        table.add_row(
+            claim.id, f"{claim.claim} [{claim.where}]", claim.measured + note, claim.verdict, claim.survives, claim.sensitivity
+        )
     document = {"claims": ledger.document(claims), "files": [str(file) for file in (*files, *drawn)]}
     say(as_json, lambda: document, table, *(f"wrote {file}" for file in (*files, *drawn)))
     return 0

@@ -6,6 +6,7 @@ gyroscopic dampers. What it states is quoted in the claims; every verdict is com
     cases, measures, pair_measures              the runs; what is measured of them, and verdicts
     wheel_pair, vehicle                         figures 2 to 4 and 6 to 10, claims C1 to C10
     ledger                                      claims with computed verdicts
+    robust                                      the same with three creep laws, half the internal step, and many starts
     sensitivity                                 how far each claim holds: draws from what the paper does not give
 """
 
@@ -15,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..master import Progress, stage
-from . import ledger, vehicle, wheel_pair
+from . import ledger, robust, vehicle, wheel_pair
 from .cases import Extent
 from .ledger import Claim
 from .sensitivity.study import DRAWS, SEED, studied, subjects
@@ -23,6 +24,7 @@ from .sensitivity.study import DRAWS, SEED, studied, subjects
 __all__ = ["DRAWS", "SEED", "reproduce", "studied", "subjects"]
 
 PAIR = 0.1  # of the time goes into the wheel pair, the rest into the vehicle
+AGAIN = 0.3  # of the time is over when claims begin to be asked again
 NOT_STUDIED = "not studied (--draws 0)"
 
 
@@ -32,6 +34,7 @@ def reproduce(
     full_vehicle: bool = True,
     sensitivity: Mapping[str, str] | None = None,
     extent: Extent | None = None,
+    starts: int = 0,
     progress: Progress | None = None,
 ) -> tuple[list[Claim], list[Path]]:
     """Draw the paper's figures and judge its claims.
@@ -46,6 +49,8 @@ def reproduce(
         Claim -> how far it holds, as `studied` says it.
     extent
         How much is run for figures 6 to 10.
+    starts
+        From how many starts claims C6 to C10 are asked again, with three creep laws and half the internal step; 0 for none.
     progress
         Called with the work done and the work in all.
 
@@ -57,7 +62,13 @@ def reproduce(
     folder.mkdir(parents=True, exist_ok=True)
     claims, files = wheel_pair.reproduce(folder, progress=stage(progress, 0.0, PAIR if full_vehicle else 1.0))
     if full_vehicle:
-        more, others = vehicle.reproduce(folder, extent=extent, progress=stage(progress, PAIR, 1.0))
+        again = AGAIN if starts else 1.0
+        more, others = vehicle.reproduce(folder, extent=extent, progress=stage(progress, PAIR, again))
+        if starts:
+            parts = robust.survived(folder, starts, extent, stage(progress, again, 1.0))
+            more = [robust.judged(claim, parts) for claim in more]
+            others.append(folder / "robust.md")
+            others[-1].write_text(robust.page(parts), encoding="utf-8")
         claims, files = claims + more, files + others
     claims = [replace(claim, sensitivity=(sensitivity or {}).get(claim.id, NOT_STUDIED)) for claim in claims]
     page = folder / "ledger.md"

@@ -62,7 +62,9 @@ def with_creep_law(system: System, name: str, law: str) -> System:
     (component,) = (c for c in system.components if c.name == name)
     known = creep_laws(component.source)
     if law not in known:
-        raise ValueError(f"creep law of {component.source!r} must be one of {', '.join(known) or 'none that is known'}, got {law!r}")
+        raise ValueError(
+            f"creep law of {component.source!r} must be one of {', '.join(known) or 'none that is known'}, got {law!r}"
+        )
     if law == known[0]:
         return system
     variant = CREEP_LAWS[law][0]

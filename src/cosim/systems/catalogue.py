@@ -199,7 +199,7 @@ def fingerprint(spec: str, made: Any) -> str:
         place = util.find_spec(package)
         for root in (place.submodule_search_locations or ()) if place else ():
             for file in sorted(Path(root).rglob("*")):
-                if file.is_file() and "__pycache__" not in file.parts:
+                if file.is_file() and "__pycache__" not in file.parts and file.suffix != ".ssd":  # systems decide on no FMU
                     digest.update(file.relative_to(root).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()[:20]
 
