@@ -5,9 +5,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import oscillators
 import pytest
 
+from gyro_cosim.comparison.error_bars import error_bar
 from gyro_cosim.comparison.robustness import Change, asked_again, changes, interval
 from gyro_cosim.errors import RunError
 from gyro_cosim.master import open_network
@@ -15,6 +17,7 @@ from gyro_cosim.railway.field import RAILWAY
 from gyro_cosim.railway.forms import with_creep_law
 from gyro_cosim.ssp import system
 from gyro_cosim.systems import StopWhen, System, catalogue
+from gyro_cosim.trajectory import Trajectory
 
 WITHIN = {"left.position": "1mm", "right.v2": 0.02}
 
@@ -182,3 +185,118 @@ def test_options_that_do_not_fit_are_one_line(
     code, out, err = cosim("run", "oscillator", "--in-process", *words)
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert says in err
+
+
+def test_a_start_that_nobody_has_seen_lies_in_the_bar_as_often_as_it_says() -> None:
+    """Whatever the law: two humps with a long tail, and numbers of which many are equal; 3000 times, each with a fresh one."""
+    random = np.random.default_rng(3)
+    for starts, said in ((39, 0.95), (100, 1 - 4 / 101), (20, 19 / 21)):
+        hits, ties = 0, 0
+        for _ in range(3000):
+            humps = np.where(
+                random.random(starts + 1) < 0.3, random.normal(1.4, 0.01, starts + 1), random.lognormal(-0.5, 0.4, starts + 1)
+            )
+            bar = error_bar(humps[:-1])
+            assert (bar.share, bar.starts) == (pytest.approx(said), starts)
+            hits += bar.low <= humps[-1] <= bar.high
+            steps = np.round(humps, 1)
+            bar = error_bar(steps[:-1])
+            ties += bar.low <= steps[-1] <= bar.high
+        assert hits / 3000 == pytest.approx(said, abs=0.013)  # three standard errors
+        assert ties >= hits
+
+
+def test_a_start_without_a_figure_may_have_any() -> None:
+    bar = error_bar([*np.linspace(0.0, 1.0, 38), float("nan")])
+    assert (bar.low, bar.high) == (-np.inf, np.inf)
+    assert error_bar([0.0, np.inf, 1.0]).high == np.inf
+    with pytest.raises(ValueError, match="an error bar needs at least one value"):
+        error_bar([])
+    with pytest.raises(ValueError, match="share must lie between 0 and 1, got 1"):
+        error_bar([1.0], 1.0)
+
+
+class Swing:
+    """A field that measures the end of the run."""
+
+    key = "swings"
+
+    def assess(self, trajectory: Trajectory) -> list[float]:
+        return [float(trajectory["left.position"][-1])]
+
+    def lines(self, finding: float) -> list[str]:
+        return []
+
+    def document(self, finding: float) -> dict[str, float]:
+        return {"end": finding}
+
+    def figure(self, finding: float, trajectory: Trajectory, title: str) -> None:
+        return None
+
+    def measures(self, finding: float) -> dict[str, tuple[float, str]]:
+        return {"end": (finding, "m")}
+
+
+def test_figures_get_error_bars_from_the_starts(
+    swinging: System, monkeypatch: pytest.MonkeyPatch, cosim: Callable[..., Any], cosim_json: Callable[..., Any]
+) -> None:
+    """The linear oscillator ends where it began times a factor: the bar is as wide as the tolerance times that factor."""
+    from gyro_cosim.cli import assessments, robust
+
+    for module in (assessments, robust):
+        monkeypatch.setattr(module, "fields", lambda: [Swing()])
+    document = cosim_json(*RUN, "--within", "left.position=1mm")
+    (bar,) = document["robust"]["error_bars"]
+    assert (bar["of"], bar["unit"], bar["starts"]) == ("end", "m", 39)
+    assert bar["share"] == pytest.approx(0.95)
+    assert bar["low"] < bar["value"] == document["swings"][0]["end"] < bar["high"]
+    wider = cosim_json(*RUN, "--within", "left.position=2mm")["robust"]["error_bars"][0]
+    assert wider["high"] - wider["low"] == pytest.approx(2 * (bar["high"] - bar["low"]), rel=1e-6)
+    _, out, _ = cosim(*RUN, "--within", "left.position=1mm", "--starts", "5")
+    assert re.search(r"^end \S+ m; a further start lies in \S+\.\.\S+ m with 67 %$", out, flags=re.MULTILINE)
+
+
+COMPARED = ("compare", "wheel-pair", "--gyro", "nonlinear", "--gyro", "linear", "--in-process", "--stop", "2", "--robust")
+
+
+def test_variants_that_are_alike_stay_alike_whatever_is_changed(
+    cosim: Callable[..., Any], cosim_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Small angles: the cosine matters nowhere. Each variant gets half of its own internal step."""
+    from gyro_cosim.cli import compare_robust
+
+    seen: list[list[str]] = []
+
+    def watched(plan: System, texts: list[str], **settings: Any) -> Any:
+        seen.append(list(texts))
+        return compare_robust_compare(plan, texts, **settings)
+
+    compare_robust_compare = compare_robust.compare
+    monkeypatch.setattr(compare_robust, "compare", watched)
+    small = ("--set", "vehicle.yaw_angle=0.01", "--within", "vehicle.yaw_angle=1mrad", "--starts", "3")
+    asked = cosim_json(*COMPARED, *small)["robust"]
+    (verdict,) = asked["verdicts"]
+    assert verdict["question"] == "linear keeps the tolerances against nonlinear"
+    assert (verdict["answer"], verdict["decidable"], verdict["same"], verdict["of"]) == ("yes", True, 3, 3)
+    assert asked["starts"] == "3 starts, seed 1: vehicle.yaw_angle +- 1mrad"
+    assert seen[1] == ["nonlinear,internal_step=0.0005", "linear,internal_step=0.0005"]
+    assert [texts for k, texts in enumerate(seen) if k != 1] == [["nonlinear", "linear"]] * 4
+    code, out, _ = cosim(*COMPARED, *small)
+    assert code == 0
+    assert "linear keeps the tolerances against nonlinear? yes, in all of them; 3 of 3 starts agree" in out
+
+
+def test_a_comparison_that_a_start_turns_is_not_decidable(cosim: Callable[..., Any]) -> None:
+    """5 % are reached at some 0.2 rad; the starts lie about the value that is set, not about the system's own."""
+    big = ("--set", "vehicle.yaw_angle=0.25", "--within", "vehicle.yaw_angle=0.2", "--starts", "8")
+    code, out, _ = cosim(*COMPARED, *big)
+    assert code == 1
+    said = " ".join(out.split())
+    assert re.search(
+        r"linear keeps the tolerances against nonlinear\? not decidable: (yes|no) in this run, [1-7] of 8 starts, ", said
+    )
+    code, _, err = cosim("compare", "wheel-pair", "--gyro", "linear", "--gyro", "off", "--starts", "3")
+    assert (code, err) == (2, "cosim: --starts has no effect without --robust, got 3\n")
+    code, _, err = cosim("compare", "wheel-pair", "--gyro", "linear", "--gyro", "other.ssp", "--robust")
+    assert code == 2
+    assert "--robust needs variants of a component" in err

@@ -58,6 +58,11 @@ def test_what_is_asked_of_a_vehicle_is_known_from_names_and_answered_from_a_run(
     assert RAILWAY.questions(names) == ["v: derailed", "v: Y/Q within its limit"]
     assert RAILWAY.starts(names) == {"v.front_lateral_displacement": "1mm"}
     assert not RAILWAY.questions(("other.body_distance",))
+    (found,) = assess(made(0.5))
+    assert RAILWAY.measures(found) == {
+        "v: largest Y/Q": (pytest.approx(0.9, rel=1e-6), "1"),
+        "v: distance to derailment, of the flange's way over the rail": (pytest.approx(0.5), "1"),
+    }
     assert not RAILWAY.starts(("other.body_distance",))
     answers = [RAILWAY.answers(found) for run in (made(0.5), made(2.0), made(0.5, n=150)) for found in assess(run)]
     assert [one["v: derailed"] for one in answers] == ["no", "yes", "no"]

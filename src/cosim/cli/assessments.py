@@ -44,7 +44,7 @@ class Field(Protocol):
 
 @runtime_checkable
 class Deciding(Protocol):
-    """What a field has besides, where its findings hold verdicts that `cosim run --robust` can ask again."""
+    """What a field has besides, where its findings hold verdicts that `--robust` of `cosim run` and `compare` can ask again."""
 
     def questions(self, names: Sequence[str]) -> Sequence[str]:
         """What it decides in a run that records these signals, such as "vehicle: derailed"; empty where it is nothing."""
@@ -57,6 +57,14 @@ class Deciding(Protocol):
 
     def forms(self, system: System) -> Mapping[str, System]:
         """Other forms of the same model, in words ("with the creep law of ...") and as the system to run."""
+
+
+@runtime_checkable
+class Measuring(Protocol):
+    """What a field has besides, where its findings hold figures that `cosim run --robust` can give error bars."""
+
+    def measures(self, finding: Any) -> Mapping[str, tuple[float, str]]:
+        """Name -> value and unit, "1" for a pure number; NaN for a value that this run does not have."""
 
 
 @dataclass(frozen=True)

@@ -21,15 +21,17 @@ from .common import (
     Vehicle,
     chosen_system,
     finite,
+    needs,
     progress,
     say,
     seconds,
     tell,
     writable,
 )
+from .compare_robust import VERDICTS, prepared
+from .robust import STARTS
 from .settings import Settings, read_settings
 
-VERDICTS = {True: "yes", False: "no", None: "cannot be decided"}
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
 
 
@@ -57,13 +59,23 @@ def command(
     algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
     in_process: InProcess = False,
+    robust: Annotated[
+        bool, typer.Option("--robust", help="compare again with half the steps, other starts, another form of the model")
+    ] = False,
+    starts: Annotated[int | None, typer.Option(metavar="N", help=f"starts of --robust; {STARTS} otherwise")] = None,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(metavar="COMPONENT.VARIABLE=TOL", help="how far a start of --robust may be away: vehicle.angle=1mrad"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the comparison, e.g. into a .png file")] = None,
     as_json: AsJson = False,
 ) -> int:
     """Run SYSTEM with every variant in turn and compare with the first: signals, energy, frequency response, a verdict.
 
     --set gyro=A,B names the variants as two --variant do. --set gyro.X=... goes to the variants that have an X.
-    Exit code 1 unless the verdict is yes: every variant keeps the tolerances, on signals that it can change.
+    Exit code 1 unless the verdict is yes: every variant keeps the tolerances, on signals that it can change; and with --robust
+    unless every answer stays the same.
     """
     from .. import figures
     from ..comparison.tolerances import read as read_tolerances
@@ -74,18 +86,30 @@ def command(
     component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)
+    for option, value in (("--starts", starts), ("--within", within), ("--seed", seed)):
+        needs(option, value, "--robust", robust)
+    h = seconds(step, "--step", plan.step)
+    settings: dict[str, Any] = {
+        "tolerances": limits, "algorithm": algorithm(algorithm_, degree), "stop": seconds(stop, "--stop"),
+        "in_process": in_process,
+    }  # fmt: skip
+    again = None
+    if robust and len(variants) > 1:
+        drawn = (within or (), STARTS if starts is None else starts, 1 if seed is None else seed)
+        again = prepared(plan, component, variants, chosen.values, h, *drawn, settings)
     with progress(f"comparing on {plan.name}") as show:
-        result = compare(
-            plan, variants, component=component, values=chosen.values, tolerances=limits,
-            algorithm=algorithm(algorithm_, degree),
-            step=seconds(step, "--step"), stop=seconds(stop, "--stop"), in_process=in_process, progress=show,
-        )  # fmt: skip
+        result = compare(plan, variants, component=component, values=chosen.values, step=h, progress=show, **settings)
     if plot is not None:
         from ..comparison.figures import comparison
 
         figures.save(comparison(result), plot)
-    say(as_json, lambda: document(result, degree), *_words(result), *([f"wrote {plot}"] if plot else []))
-    return 0 if result.verdict else 1
+    told, words = document(result, degree), _words(result)
+    if again is not None:
+        asked = again.ask(result)
+        told["robust"] = again.again.document(asked)
+        words += again.again.words(asked)
+    say(as_json, lambda: told, *words, *([f"wrote {plot}"] if plot else []))
+    return 0 if result.verdict and (again is None or asked.decidable) else 1
 
 
 def _exchanged(chosen: Settings, component: str | None, variants: list[str]) -> tuple[str | None, list[str]]:

@@ -32,7 +32,7 @@ from .common import (
     seconds,
 )
 from .results import Files
-from .robust import STARTS, prepared
+from .robust import STARTS, Conditions, prepared
 from .settings import assignment, words
 from .summary import certificate_document, certificate_words, document, summary_lines
 
@@ -187,7 +187,7 @@ def command(
     told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
     lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
     if again is not None:
-        asked = again.ask(run, found, chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
+        asked = again.ask(run, found, Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every))
         told["robust"] = again.document(asked)
         lines += again.words(asked)
     if pacer is not None:
@@ -198,7 +198,7 @@ def command(
         console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
     if uncertified:
         console().print(f"cosim: {uncertified}", soft_wrap=True)
-    turned = again is not None and not all(one.decidable for one in asked)
+    turned = again is not None and not asked.decidable
     return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
 
 

@@ -50,6 +50,9 @@ class Change:
     step: float
 
 
+Heard = tuple[Change, Answers, str]  # a changed run, its answers, and why it has none, or empty
+
+
 @dataclass(frozen=True)
 class Robustness:
     """A verdict and what became of it.
@@ -116,9 +119,8 @@ def changes(
     system = network.system
     made = [Change("macro step", f"with half the macro step ({step * 5e2:g} ms)", system, step / 2)]
     halved = system
-    for name, values, settable in _parts(network):
-        if INTERNAL in settable and settable[INTERNAL].start is not None:
-            halved = halved.with_value(f"{name}.{INTERNAL}", _centre(values, settable[INTERNAL]) / 2)
+    for name, internal in internal_steps(network).items():
+        halved = halved.with_value(f"{name}.{INTERNAL}", internal / 2)
     if halved is not system:
         made.append(Change("internal step", "with half the internal step", halved, step))
     made += [Change("form", words, form, step) for words, form in forms.items()]
@@ -161,7 +163,7 @@ def asked_again(
     list of Robustness
         In the order of `questions`.
     """
-    heard: list[tuple[Change, Answers, str]] = []
+    heard: list[Heard] = []
     for k, change in enumerate(runs):
         try:
             heard.append((change, ask(change), ""))
@@ -169,7 +171,47 @@ def asked_again(
             heard.append((change, {}, str(error)))
         if progress is not None:
             progress(k + 1, len(runs))
+    return judged(given, questions, heard)
+
+
+def judged(given: Answers, questions: Sequence[str], heard: Sequence[Heard]) -> list[Robustness]:
+    """Say of each question whether its answer survives.
+
+    Parameters
+    ----------
+    given : mapping of str to str
+        The answers of the run as it was given.
+    questions : sequence of str
+        What was asked.
+    heard : sequence of (Change, mapping, str)
+        Of each changed run its answers, and why there are none, or empty.
+
+    Returns
+    -------
+    list of Robustness
+        In the order of `questions`.
+    """
     return [_judged(question, given.get(question, ""), heard) for question in questions]
+
+
+def internal_steps(network: Network) -> dict[str, float]:
+    """The internal step of every component that has one, in the unit of its parameter `internal_step`.
+
+    Parameters
+    ----------
+    network : Network
+        Open.
+
+    Returns
+    -------
+    dict of str to float
+        Component -> the step it begins with.
+    """
+    return {
+        name: _centre(values, settable[INTERNAL])
+        for name, values, settable in _parts(network)
+        if INTERNAL in settable and settable[INTERNAL].start is not None
+    }
 
 
 def interval(same: int, of: int) -> tuple[float, float]:
@@ -193,7 +235,7 @@ def interval(same: int, of: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
-def _judged(question: str, answer: str, heard: Sequence[tuple[Change, Answers, str]]) -> Robustness:
+def _judged(question: str, answer: str, heard: Sequence[Heard]) -> Robustness:
     turned: list[str] = []
     other: list[str] = []
     drawn = 0

@@ -34,6 +34,8 @@ class Assessment:
     worst
         The largest Y/Q by EN 14363; None where too few points a second were recorded for the filter, and where the vehicle
         has not moved forward all the time.
+    climb
+        The farthest that a flange went over its rail: 0 where it first touches, 1 on top, where it derails; infinite for a NaN.
     lateral, yaw
         For each pair the largest size over the run, and that in its last tenth, in m and in rad.
     """
@@ -43,6 +45,7 @@ class Assessment:
     pairs: tuple[str, ...]
     verdict: safety.Verdict
     worst: safety.Extreme | None
+    climb: float
     lateral: dict[str, tuple[float, float]]
     yaw: dict[str, tuple[float, float]]
 
@@ -109,13 +112,15 @@ def _assessed(trajectory: Trajectory, vehicle: str, wheels: tuple[str, ...], pai
         return {pair: (float(size.max()), float(size[-max(1, size.size // 10) :].max())) for pair, size in sizes.items()}
 
     distance = signal(DISTANCE)
+    climbs = {w: trajectory[f"{vehicle}.{w}{CLIMB}"] for w in wheels}
     fine_enough = t.size > 3 * CUT_OFF * (t[-1] - t[0]) and bool(np.all(np.diff(distance) > 0.0))
     return Assessment(
         vehicle,
         wheels,
         pairs,
-        safety.verdict({w: trajectory[f"{vehicle}.{w}{CLIMB}"] for w in wheels}, t, trajectory[f"{vehicle}.{DISTANCE}"]),
+        safety.verdict(climbs, t, trajectory[f"{vehicle}.{DISTANCE}"]),
         safety.worst({w: signal(w + COEFFICIENT) for w in wheels}, even, distance) if fine_enough else None,
+        max(float(np.where(np.isnan(climb), np.inf, climb).max()) for climb in climbs.values()),
         extent(LATERAL),
         extent(YAW),
     )

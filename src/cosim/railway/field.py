@@ -3,6 +3,7 @@
 The entry point `railway` of the group `gyro_cosim.assessments` names RAILWAY; what it must have stands in cli/assessments.py.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,13 @@ class Railway:
         if finding.worst is not None:
             made[_within(finding.vehicle)] = "no" if finding.worst.exceeded else "yes"
         return made
+
+    def measures(self, finding: Assessment) -> dict[str, tuple[float, str]]:
+        """The largest Y/Q, NaN without the filter, and how far the farthest flange stayed below the top of its rail."""
+        return {
+            f"{finding.vehicle}: largest Y/Q": (math.nan if finding.worst is None else finding.worst.value, "1"),
+            f"{finding.vehicle}: distance to derailment, of the flange's way over the rail": (1.0 - finding.climb, "1"),
+        }
 
     def starts(self, names: Sequence[str]) -> dict[str, str]:
         """The lateral displacement of the first wheel pair of each vehicle, within START."""
