@@ -115,7 +115,7 @@ def survived(folder: Path, starts: int, extent: Extent | None = None, progress: 
         table = load(folder / file)
         assert what.measure is not None
         place = {case: i for i, case in enumerate(what.cases)}
-        order = sorted((i for i in range(len(table)) if table["case"][i] in place), key=lambda i: place[table["case"][i]])
+        order = sorted((i for i in range(len(table)) if table["case"][i] in place), key=lambda i: place[str(table["case"][i])])
         for i in order:
             speed, gyro, _ = str(table["case"][i]).split()
             way = {v.partition(":")[2]: law for law, (v, _) in CREEP_LAWS.items()}[str(table["vehicle"][i])]
