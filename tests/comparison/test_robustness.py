@@ -134,7 +134,7 @@ def swinging(monkeypatch: pytest.MonkeyPatch) -> System:
     plan = replace(
         oscillators.pair(), stop=2.0, step=1e-2, stop_when=(StopWhen(("left", "velocity"), 3.0, "too fast"),)
     )  # fmt: skip
-    monkeypatch.setattr(command, "chosen_system", lambda *_: plan)
+    monkeypatch.setattr(command, "chosen_system", lambda *_, **__: plan)
     return plan
 
 
