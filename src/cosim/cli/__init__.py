@@ -11,7 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import RunError
-from .log import shown, verbosity
+from .kept import COMMANDS as FOREIGN
+from .kept import diverted, kept_process, voice
+from .log import shown, shown_plainly, verbosity
 
 # Command -> its file in this folder. Only what is called is loaded: start-up is part of every command. Other commands are
 # registered under the entry point group below, as `paper` is in pyproject.toml; a name of this list stays ours.
@@ -78,10 +80,17 @@ Misuse: type[Exception] = next(base for base in typer.BadParameter.__mro__ if ba
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code."""
+    """Run the command line; returns the exit code. Called by the system, it keeps what may run foreign code in a fork."""
     times, given = verbosity(sys.argv[1:] if arguments is None else arguments)
+    if arguments is None and given and given[0] in FOREIGN and not {"-h", "--help"} & set(given):
+        return kept_process(lambda: _guarded(times, given))
+    return _guarded(times, given)
+
+
+def _guarded(times: int, given: list[str]) -> int:
+    """The exit code of a command; whatever goes wrong is one line."""
     try:
-        with shown(times):
+        with shown(times), diverted("--json" in given):
             return _run(given)
     except Misuse as error:
         return _complain(error.format_message() if isinstance(error, typer.BadParameter) else str(error), 2)
@@ -105,6 +114,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _complain(message: str, code: int) -> int:
-    """Say what went wrong in one line."""
-    print("cosim: " + " ".join(message.split()), file=sys.stderr)
+    """Say what went wrong in one line, in which control characters are shown, not obeyed."""
+    print("cosim: " + shown_plainly(message), file=sys.stderr, flush=True)
+    voice().told()
     return code

@@ -19,6 +19,8 @@ from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
 from ..systems.catalogue import systems
+from .kept import voice
+from .log import shown_plainly
 from .settings import applied, words
 
 SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
@@ -119,6 +121,13 @@ def needs(option: str, given: object, other: str, there: bool) -> None:
 def console() -> Console:
     """Where people's words go: standard error, so that standard output can hold a document."""
     return Console(stderr=True, highlight=False, markup=False, emoji=False)
+
+
+def complain(message: str, code: int) -> int:
+    """Say what went wrong in one line, in which control characters are shown, not obeyed; the exit code."""
+    print("cosim: " + shown_plainly(message), file=sys.stderr, flush=True)
+    voice().told()
+    return code
 
 
 def say(as_json: bool, document: Callable[[], dict[str, Any]], *words: str | Table) -> None:

@@ -13,8 +13,12 @@ class Plain(logging.Formatter):
     """One line a message, in which control characters are shown, not obeyed: an FMU may write what it likes."""
 
     def format(self, record: logging.LogRecord) -> str:
-        line = " ".join(super().format(record).split())
-        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+        return shown_plainly(super().format(record))
+
+
+def shown_plainly(text: str) -> str:
+    """`text` in one line, in which control characters are shown, not obeyed: an FMU may write what it likes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in " ".join(text.split()))
 
 
 def verbosity(arguments: Sequence[str]) -> tuple[int, list[str]]:

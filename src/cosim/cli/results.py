@@ -1,12 +1,13 @@
 """Where the results of `cosim run` go: files of any number and format, of which a .csv may be streamed, and a figure."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import trajectory
 from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
+from ..trajectory import Trajectory
 from .assessments import Assessed, figure
 from .common import writable
 
@@ -27,6 +28,11 @@ class Files:
 
     outputs: tuple[Path, ...]
     plot: Path | None
+    _places: dict[Path, Path] = field(init=False, repr=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for file in (*self.outputs, *filter(None, [self.plot])):
+            self._places[file] = file.absolute()  # an FMU may change the current folder
 
     def check(self) -> None:
         """Refuse, before any work, what cannot be written afterwards."""
@@ -56,14 +62,22 @@ class Files:
                 if file != first:
                     rule = f"results of more than {IN_MEMORY:,} numbers go into one .csv file only"
                     raise ValueError(f"{rule}, got {str(file)!r} besides (--record-every N keeps fewer)")
-        return Recording(tuple(select), every, first if streams else None)
+        return Recording(tuple(select), every, self._places[first] if streams and first is not None else None)
 
     def write(self, run: Run, found: Sequence[Assessed], streamed: Path | None) -> list[Path]:
         """Write what has not been streamed; all files that are there now."""
+        written = self.rescue(run.trajectory, streamed)
+        if self.plot is not None:
+            _plot(run, found, self._places[self.plot])
+            written.append(self.plot)
+        return written
+
+    def rescue(self, trajectory: Trajectory, streamed: Path | None) -> list[Path]:
+        """Write what has not been streamed of the results alone; all files of results that are there now."""
         for file in self.outputs:
-            if file != streamed:
-                run.trajectory.save(file)
-        return [*self.outputs, *([] if self.plot is None else [_plot(run, found, self.plot)])]
+            if self._places[file] != streamed:
+                trajectory.save(self._places[file])
+        return list(self.outputs)
 
 
 def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:

@@ -1,6 +1,7 @@
 """cosim run: one run of a system, a short summary, results in files."""
 
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 from ..coupling import algorithm
 from ..errors import RunError
 from ..hil.realtime import Pacer
+from ..keeping.last_word import LastWord
 from ..master import Options, macro_steps, open_network
 from ..master import run as run_network
 from .assessments import assessed
@@ -25,12 +27,15 @@ from .common import (
     Values,
     Vehicle,
     chosen_system,
+    complain,
     console,
     needs,
     progress,
     say,
     seconds,
 )
+from .kept import closing
+from .rescue import Rescue
 from .results import Files
 from .robust import STARTS, Conditions, prepared
 from .settings import assignment, words
@@ -140,7 +145,12 @@ def command(
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
     failure: RunError | None = None
     certificate, uncertified = None, ""
-    with open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network:
+    rescue = Rescue(files)
+    with (
+        LastWord(rescue.word),
+        open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network,
+        closing(),
+    ):
         if loops == "refuse":
             network.refuse_loops()
         again = (
@@ -162,13 +172,23 @@ def command(
             try:
                 with pacer or nullcontext():
                     run = run_network(
-                        network, chosen, h, end, start=begin, options=options, progress=None if pacer else show, before_step=pacer
-                    )
+                        network, chosen, h, end, start=begin, options=options, progress=None if pacer else show,
+                        before_step=pacer, begun=partial(rescue.begun, streamed=record.stream),
+                    )  # fmt: skip
             except RunError as error:
                 if error.partial is None:
                     raise
                 failure, run = error, error.partial
-        if certify and failure is None and run.status == "done":
+        found = assessed(run.trajectory)
+        written = files.write(run, found, record.stream)  # first of all: what follows may be the end of the process
+        rescue.written()
+        if failure is not None:
+            for file in written:
+                console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}")
+            if pacer is not None:
+                console().print(pacer.report().words())
+            return complain(str(failure), 1)
+        if certify and run.status == "done":
             from ..accuracy.certificate import certify as certify_run
 
             with progress("certifying") as show:
@@ -176,30 +196,23 @@ def command(
                     certificate = certify_run(network, run, end, progress=show)
                 except RunError as error:  # the run itself stands
                     uncertified = f"no certificate: over shorter steps {error}"
-    found = assessed(run.trajectory)
-    written = files.write(run, found, record.stream)
-    if failure is not None:
-        for file in written:
-            console().print(f"kept the results up to t = {run.trajectory.t[-1]:g} s in {file}")
+        told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
+        lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
+        if again is not None:
+            how_ran = Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
+            asked = again.ask(run, found, how_ran)
+            told["robust"] = again.document(asked)
+            lines += again.words(asked)
         if pacer is not None:
-            console().print(pacer.report().words())
-        raise failure
-    told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
-    lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
-    if again is not None:
-        asked = again.ask(run, found, Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every))
-        told["robust"] = again.document(asked)
-        lines += again.words(asked)
-    if pacer is not None:
-        told["realtime"] = pacer.report().document()
-        lines.append(pacer.report().words())
-    say(as_json, lambda: told, *lines, *(f"wrote {file}" for file in written))
-    if certify and run.status == "ended":
-        console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
-    if uncertified:
-        console().print(f"cosim: {uncertified}", soft_wrap=True)
-    turned = again is not None and not asked.decidable
-    return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
+            told["realtime"] = pacer.report().document()
+            lines.append(pacer.report().words())
+        say(as_json, lambda: told, *lines, *(f"wrote {file}" for file in written))
+        if certify and run.status == "ended":
+            console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
+        if uncertified:
+            console().print(f"cosim: {uncertified}", soft_wrap=True)
+        turned = again is not None and not asked.decidable
+        return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
 
 
 def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:

@@ -25,7 +25,7 @@ RAISED = 5  # the status of a call that has left an exception behind
 
 @lru_cache(maxsize=1024)
 def _function(address: int, *types: Any) -> Any:
-    return ctypes.CFUNCTYPE(ctypes.c_int, *types)(address)
+    return ctypes.CFUNCTYPE(ctypes.c_uint, *types)(address)  # a status that FMI does not know is above all that it does
 
 
 _POINTER, _SIZE, _DOUBLE, _INT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_double, ctypes.c_int

@@ -12,6 +12,7 @@ from ..coupling.explicit import MISSED
 from ..errors import SlaveError
 from ..network import Network
 from ..slaves.fmi.raw import RawFmu, raw_access
+from ..slaves.fmi.surroundings import kept
 from . import ctypes_calls, loop, native
 from .energy import Bonds, Sums
 
@@ -70,7 +71,7 @@ class FastLoop:
             Y=Y, t=t, h=h, whole=whole, used=used,
             u=np.zeros(len(joined) + 1), du=np.zeros(2 * len(joined) + 1), kept=np.zeros(len(joined) + 1),
             read=np.zeros(max(map(len, outputs), default=0) + 1), orders=np.zeros(n, dtype=np.int64), told=told,
-            reached=told.view(float), due=np.full(n, np.inf), spent=np.zeros(n), failure=np.zeros(3, dtype=np.int64),
+            reached=told.view(float), due=np.full(n, np.inf), spent=np.zeros(n), failure=np.zeros(5, dtype=np.int64),
         )  # fmt: skip
         if sequential:
             turn = np.empty(n, dtype=int)
@@ -165,13 +166,21 @@ class FastLoop:
         """
         data = self._data
         self.begin()
-        began = time.perf_counter()
-        if self.compiled is not None:
-            done = self.compiled(row, rows, TIMED, past, before, sums)
-        else:
-            done = loop.march(self._plan, data, row, rows, 1)
+        with kept("a component"):
+            began = time.perf_counter()
+            if self.compiled is not None:
+                done = self.compiled(row, rows, TIMED, past, before, sums)
+            else:
+                done = loop.march(self._plan, data, row, rows, 1)
+            took = time.perf_counter() - began
+        data.failure[3:] = 0
         ended = done > 0 and bool(np.any(data.Y[row + done, self._plan.stops] > self._plan.above))
-        return done, self.spent(time.perf_counter() - began), ended
+        return done, self.spent(took), ended
+
+    @property
+    def underway(self) -> tuple[int, int]:
+        """Of a march that does not come back: the macro steps that it has done, and the slave that it is at."""
+        return int(self._data.failure[3]), int(self._data.failure[4])
 
     def begin(self) -> None:
         """Forget the failure and the times of the march before."""
@@ -210,7 +219,7 @@ class FastLoop:
 
     def _explain(self, row: int) -> None:
         t, h = float(self._data.t[row]), float(self._data.h[row + 1])
-        i, call, status = (int(x) for x in self._data.failure)
+        i, call, status = (int(x) for x in self._data.failure[:3])
         infinite = self.asked[~np.isfinite(self._data.Y[row + 1, self.asked])]
         if not infinite.size:
             fmu = self._raws[i]

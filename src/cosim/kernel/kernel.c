@@ -145,7 +145,7 @@ static void extrapolate(const Plan *p, const Data *d, int64_t i, int64_t r, doub
 }
 
 static int failed(const Data *d, int64_t i, int64_t call, int status) {
-    if (status <= 1) return 0;
+    if ((unsigned)status <= 1) return 0; /* one that FMI does not know is an error */
     d->failure[0] = i, d->failure[1] = call, d->failure[2] = status;
     return 1;
 }
@@ -216,7 +216,7 @@ static int receive_stepped(const Plan *p, const Data *d, int64_t i, int64_t r, d
 static int exchange(const Plan *p, const Data *d, int64_t r, int whole, int again) {
     const double *row = d->Y + r * d->n_Y;
     for (int64_t turn = 0; turn < p->n_slaves; turn++) {
-        const int64_t i = p->exchange[turn];
+        const int64_t i = d->failure[4] = p->exchange[turn];
         const Slave *s = &p->slaves[i];
         const int feeds = (whole ? s->feeds : s->feeds_polled) != 0;
         if (feeds) {
@@ -274,12 +274,12 @@ static void note_used(const Plan *p, const Data *d) {
 }
 EXPORT int64_t march(const Plan *p, const Data *d, Meter *meter, int64_t row, int64_t rows, int64_t timed_every) {
     for (int64_t k = 0; k < rows; k++) {
-        const int64_t r = row + k;
+        const int64_t r = row + (d->failure[3] = k);
         const double h = d->h[r + 1], t = d->t[r];
         const double s1 = p->degree > 0 ? d->t[r - 1] - t : 0.0, s2 = p->degree > 1 ? d->t[r - 2] - t : 0.0;
         const int whole = d->whole[r + 1], timed = timed_every > 0 && k % timed_every == 0;
         for (int64_t turn = 0; turn < p->n_slaves; turn++) {
-            const int64_t i = p->sequence[turn];
+            const int64_t i = d->failure[4] = p->sequence[turn];
             extrapolate(p, d, i, r, h, s1, s2);
             if (!send(p, d, i)) return k;
             const double began = timed ? seconds() : 0.0;

@@ -83,8 +83,9 @@ class Data(NamedTuple):
         Of FMI 3.0: when each slave's next event is due, s.
     spent : shape (n_slaves,)
         Time in steps per slave, s.
-    failure : shape (3,), int64
-        Slave, call (place in CALLS) and status of the call that stopped a march.
+    failure : shape (5,), int64
+        Slave, call (place in CALLS) and status of the call that stopped a march; then, for whom it never comes back to, the
+        macro steps that it has done and the slave that it is at.
     """
 
     Y: Any
@@ -258,12 +259,13 @@ def march(plan: Plan, data: Data, row: int, rows: int, timed_every: int) -> int:
     """
     t, u, du, used = data.t, data.u, data.du, data.used
     for k in range(rows):
-        r = row + k
+        r, data.failure[3] = row + k, k
         h, whole = data.h[r + 1], data.whole[r + 1] > 0
         s1 = t[r - 1] - t[r] if plan.degree > 0 else 0.0
         s2 = t[r - 2] - t[r] if plan.degree > 1 else 0.0
         timed = timed_every > 0 and k % timed_every == 0
         for i in plan.sequence:
+            data.failure[4] = i
             extrapolate(plan, data, i, r, h, s1, s2)
             if not send(plan, data, i):
                 return k

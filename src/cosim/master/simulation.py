@@ -11,6 +11,7 @@ from ..network import Network
 from ..slaves import Slave, open_slave
 from ..slaves.fmi.unpacked import FmuCache
 from ..systems import System
+from ..trajectory import Trajectory
 from .progress import Progress
 from .results import Run, Status, Timing
 from .stepping import Options, Stepper
@@ -141,6 +142,7 @@ def run(
     progress: Progress | None = None,
     before_step: Callable[[int], None] | None = None,
     began: float | None = None,
+    begun: Callable[["Running"], None] | None = None,
 ) -> Run:
     """As simulate(), on an open network, which stays open; the run starts anew.
 
@@ -154,6 +156,8 @@ def run(
         Called before macro step k = 1, 2, ... with k; what paces a run to a clock waits here.
     began : float, optional
         When the set-up began (time.perf_counter), for the timing.
+    begun : callable, optional
+        Called with the run once it has begun: for who must have its results if a component takes the process down.
 
     Returns
     -------
@@ -161,6 +165,8 @@ def run(
         See simulate(), as for the errors.
     """
     running = Running(network, algorithm, step, stop, start=start, options=options, began=began)
+    if begun is not None:
+        begun(running)
     status: Status = "done"
     failure: RunError | None = None
     request = ""
@@ -204,6 +210,11 @@ class Running:
         self._network, self._algorithm, self._step = network, algorithm, step
         self.stepper = Stepper(network, algorithm, grid, options)
         self._set_up = time.perf_counter()
+
+    def rescue(self) -> tuple[Trajectory, str]:
+        """The results so far of a run that never comes back, and the component that it is at, if that is known."""
+        name = self.stepper.rescue()
+        return self.stepper.finish(cut_off=True)[2].finish(), name
 
     def reached(self) -> Status:
         """How a run that nothing stopped has ended."""

@@ -208,6 +208,17 @@ class Stepper:
         """What a scenario has done so far."""
         return () if self._script is None else self._script.happened(self.state)
 
+    def rescue(self) -> str:
+        """Hand over the points of steps that never come back, and name the component that they are at, where that is known."""
+        self.hand_over()
+        if self._inner is None:
+            return ""
+        rows, (count, slave) = self._rows, self._inner.loop.underway
+        if count:
+            new = slice(rows.newest + 1, rows.newest + 1 + count)
+            self._recorder.add(self.state.done + 1, rows.t[new], rows.Y[new])
+        return self._network.slaves[slave].name
+
     def finish(self, *, cut_off: bool) -> tuple["RunState", "EnergyMeter", "Recorder"]:
         """Hand over what is left: the state, and what the run's energy and results are made of.
 

@@ -1,11 +1,11 @@
 """The slaves of a system, opened and wired: whose output feeds which input, in which unit, in which order."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from copy import copy
 from functools import partial
 from itertools import pairwise
 from time import perf_counter
-from types import TracebackType
 
 import numpy as np
 
@@ -286,12 +286,13 @@ class Network:
         return {s.name: counts(s) for s in self.slaves}
 
     def close(self) -> None:
-        """Close every slave."""
-        for slave in self.slaves:
-            slave.close()
+        """Close every slave, also where one fails to."""
+        with ExitStack() as stack:
+            for slave in reversed(self.slaves):
+                stack.callback(slave.close)
 
     def __enter__(self) -> "Network":
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

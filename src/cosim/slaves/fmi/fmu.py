@@ -19,12 +19,13 @@ from .buffers import Group, group, groups
 from .description import TEXTS, Row
 from .events import EventState
 from .fmu_state import States
-from .library import POINTER, STATUS, Library
+from .library import POINTER, STATUS, Library, status_word
 from .linearisation import derivatives
 from .log import Log
 from .raw import Direct, RawFmu
 from .signals import by_variable, carried, described, names, texts
 from .structure import STRUCTURAL, configured, in_configuration_mode, refuse_other_sizes
+from .surroundings import keeping, mind_floating_point
 from .texts import Texts, changed_texts
 from .unpacked import OpenedFmu
 
@@ -131,6 +132,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
 
     # ---- the run
 
+    @keeping
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._free_instance()
         self.log.clear()
@@ -147,6 +149,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         self._start, self._mode = t, INITIALIZATION
         self._learn(EventState())
 
+    @keeping
     def finish(self) -> None:
         self._mode = ""
         self._leave_initialization(self._start)
@@ -182,6 +185,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
                 reason = f"output {name!r} must be at most 2^53 in size to be carried exactly{self._mode}, got {rounded[1]}"
                 raise SlaveError(self.name, t, 0.0, reason, self.log.said())
             self._y[part.places] = part.buffer
+        mind_floating_point(self.name)
         if not np.isfinite(self._y).all():
             k = int(np.argmin(np.isfinite(self._y)))
             reason = f"output {self.outputs[k].name!r} must be finite{self._mode}, got {self._y[k]}"
@@ -270,8 +274,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         if status > 1:
             self._running = False
             self._dead = self._dead or status == STATUS.index("fatal")  # it must not be called any more
-            what = STATUS[status] if status < len(STATUS) else f"status {status}"
-            raise SlaveError(self.name, t, h, f"{call} answered {what}{self._mode}", self.log.said())
+            raise SlaveError(self.name, t, h, f"{call} answered {status_word(status)}{self._mode}", self.log.said())
 
     def _moved(self, status: int, call: str, t: float, h: float) -> None:
         """check() of a call that sets or gets variables: an FMU that discards it is as it was."""
@@ -279,6 +282,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
             raise OutputError(self.name, t, h, f"{call} answered discard{self._mode}", self.log.said())
         self.check(status, call, t, h)
 
+    @keeping
     def close(self) -> None:
         self._free_instance()
         if not self._closed:
@@ -289,10 +293,8 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
     def _free_instance(self) -> None:
         self._raw, self._mode = None, ""
         instance, self._instance = self._instance, None
-        if instance is None or self._dead:
-            self._running = self._dead = False
-            return
-        if self._running:
-            self._running = False
-            self._terminate(instance)  # one that refuses is freed all the same
-        self._free(instance)
+        running, dead, self._running, self._dead = self._running, self._dead, False, False
+        if instance is not None and not dead:
+            if running:
+                self._terminate(instance)  # one that refuses is freed all the same
+            self._free(instance)

@@ -3,18 +3,29 @@
 import _ctypes
 import ctypes
 import importlib.util
+import logging
+import os
 import platform
 import shutil
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from .surroundings import kept
 
 REFERENCES = ctypes.POINTER(ctypes.c_uint)
 POINTER, SIZE = ctypes.c_void_p, ctypes.c_size_t
 
 SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+_log = logging.getLogger(__name__)
 STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+
+
+def status_word(status: int) -> str:
+    """What FMI calls a status."""
+    return STATUS[status] if 0 <= status < len(STATUS) else f"status {ctypes.c_int(status).value}, which FMI does not know"
 
 
 def folders() -> tuple[str, str]:
@@ -37,15 +48,17 @@ class Library:
             if name in held:
                 held = sorted(f"{name}/{p.name}" for p in file.parent.iterdir())
             raise ValueError(f"{where} must hold a binary for {name}, {identifier}{SUFFIX}; has {', '.join(held) or 'none'}")
+        self._threads = _foreign_threads()
         try:
-            self._library = ctypes.CDLL(str(file), winmode=0x8)  # on Windows: look beside the file for what it needs
+            with kept(where):
+                self._library = ctypes.CDLL(str(file), winmode=0x8)  # on Windows: look beside the file for what it needs
         except OSError as error:
             raise ValueError(f"{where}: its binary cannot be loaded: {error}") from None
         self._where = where
         self._functions: dict[tuple[Any, ...], Any] = {}
 
-    def function(self, name: str, *types: Any, result: Any = ctypes.c_int) -> Any:
-        """The function `name`; ValueError if the library lacks it."""
+    def function(self, name: str, *types: Any, result: Any = ctypes.c_uint) -> Any:
+        """The function `name`; ValueError if the library lacks it. Its status is above all that FMI knows where it is below 0."""
         known = self._functions.get((name, types, result))
         if known is not None:
             return known
@@ -62,10 +75,22 @@ class Library:
         return ctypes.cast(self.function(name), POINTER).value or 0
 
     def close(self) -> None:
-        """Unload it; no function may be called afterwards."""
+        """Unload it; no function may be called afterwards. One whose threads still run stays: they would run into nothing."""
+        if self._library is not None and _foreign_threads() > self._threads:
+            _log.warning("%s has left threads running, so its library stays loaded", self._where)
+            self._library = None  # type: ignore[assignment]
         if self._library is not None:
             getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(self._library._handle)
             self._library = None  # type: ignore[assignment]
+
+
+def _foreign_threads() -> int:
+    """How many threads of this process are none of Python's; 0 where that cannot be told."""
+    try:
+        numbers = {int(entry.name) for entry in os.scandir("/proc/self/task")}
+    except OSError:
+        return 0
+    return len(numbers - {thread.native_id for thread in threading.enumerate()})
 
 
 def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:

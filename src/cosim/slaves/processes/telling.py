@@ -137,7 +137,7 @@ def _carried(signal: Signal) -> dict[str, Any]:
         "name": signal.name, "kind": signal.kind, "unit": signal.unit, "start": signal.start, "min": signal.min,
         "max": signal.max, "meaning": signal.meaning, "smooth": signal.smooth, "type": signal.type,
         "definition": None if unit is None else [unit.name, unit.factor, list(unit.dimension), unit.offset],
-        "items": [list(item) for item in signal.items], "shape": list(signal.shape),
+        "items": [list(item) for item in signal.items], "shape": list(signal.shape), "display": signal.display, "nominal": signal.nominal,
     }  # fmt: skip
     return {name: value for name, value in full.items() if value not in (None, [], "") or name in ("name", "kind", "unit")}
 
@@ -170,6 +170,7 @@ def _signal(where: str, row: Any) -> Signal:
         _field(row, "type", f"one of {', '.join(get_args(Type))}", lambda x: x in get_args(Type), "real"),
         None if definition is None else Unit(definition[0], definition[1], tuple(definition[2]), definition[3]),
         tuple((name, k) for name, k in items), tuple(_field(row, "shape", "whole numbers", _is_shape, [])),
+        text("display"), bound("nominal"),
     )  # fmt: skip
 
 

@@ -1,0 +1,120 @@
+"""The last word of a process that an FMU ends: it calls exit, crashes, or does not come back when it is interrupted.
+
+While a LastWord listens, such an end calls it: the results so far are written, one line says what happened, and the process
+leaves with code 1. What is left of the process is used once, for that; whoever wants more than the best that a wrecked
+process can do takes --isolate. Linux and macOS; nothing is done elsewhere.
+"""
+
+import ctypes
+import os
+import signal
+import sys
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+from .keeper import ASK
+
+__all__ = ["LastWord"]
+
+CRASHES = ("SIGSEGV", "SIGBUS", "SIGFPE", "SIGILL", "SIGABRT")
+LONGEST = 30  # s that the last word may take: it may wait for what the wrecked process holds
+_ON_STACK, _STACK = 0x08000000, 1 << 22  # SA_ONSTACK of Linux; bytes of a stack of its own, for a stack that has overflowed
+_HEARD = ctypes.CFUNCTYPE(None, ctypes.c_int)
+_LEFT = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_void_p)
+
+
+class _Stack(ctypes.Structure):
+    _fields_ = [("place", ctypes.c_void_p), ("flags", ctypes.c_int), ("size", ctypes.c_size_t)]
+
+
+class _Action(ctypes.Structure):
+    """struct sigaction of Linux."""
+
+    _fields_ = [
+        ("handler", ctypes.c_void_p), ("mask", ctypes.c_ubyte * 128), ("flags", ctypes.c_int), ("restorer", ctypes.c_void_p)
+    ]  # fmt: skip
+
+
+class LastWord:
+    """Calls `word` with what is happening to the process, once; `word` must not return.
+
+    A context: it listens inside. Only one may.
+    """
+
+    _kept: list[Any] = []  # noqa: RUF012 (what C code may call as long as the process lives)
+    _speaking: "LastWord | None" = None
+
+    def __init__(self, word: Callable[[str], None]) -> None:
+        self._word = word
+
+    def __enter__(self) -> "LastWord":
+        self._before: dict[int, Any] = {}
+        if sys.platform == "win32":
+            return self
+        libc = ctypes.CDLL(None)
+        if not LastWord._kept:
+            self._listen_for_exit(libc)
+        LastWord._speaking = self
+        handler = _HEARD(_crashed)
+        LastWord._kept.append(handler)
+        numbers = [getattr(signal, name) for name in CRASHES] + [ASK]
+        self._before = {number: signal.getsignal(number) for number in numbers}
+        if sys.platform == "linux":
+            room = ctypes.create_string_buffer(_STACK)
+            LastWord._kept.append(room)
+            libc.sigaltstack(ctypes.byref(_Stack(ctypes.addressof(room), 0, _STACK)), None)
+        for number in numbers:
+            if sys.platform == "linux":
+                action = _Action(ctypes.cast(handler, ctypes.c_void_p).value, (ctypes.c_ubyte * 128)(), _ON_STACK, None)
+                libc.sigaction(number, ctypes.byref(action), None)
+            else:
+                libc.signal(number, handler)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        LastWord._speaking = None
+        for number, before in self._before.items():
+            signal.signal(number, signal.SIG_DFL if before is None else before)
+
+    def say(self, reason: str) -> None:
+        """Whatever happens, the process ends here."""
+        LastWord._speaking = None
+        libc = ctypes.CDLL(None)
+        for name in CRASHES:
+            libc.signal(getattr(signal, name), None)
+        libc.signal(signal.SIGALRM, None)
+        libc.alarm(LONGEST)
+        try:
+            self._word(reason)
+        finally:
+            os._exit(1)
+
+    @staticmethod
+    def _listen_for_exit(libc: ctypes.CDLL) -> None:
+        """exit() calls what was registered; it says with which code on Linux only."""
+        if hasattr(libc, "on_exit"):
+            LastWord._kept.append(_LEFT(lambda code, _: _left(code)))
+            libc.on_exit(LastWord._kept[-1], None)
+        else:
+            LastWord._kept.append(ctypes.CFUNCTYPE(None)(lambda: _left(None)))
+            libc.atexit(LastWord._kept[-1])
+
+
+def _crashed(number: int) -> None:
+    speaking = LastWord._speaking
+    if speaking is None and number == ASK:
+        return
+    if speaking is None:
+        ctypes.CDLL(None).signal(number, None)  # as it would be without us, at once
+        os.kill(os.getpid(), number)
+    elif number == ASK:
+        speaking.say("does not come back")
+    else:
+        speaking.say(f"crashed ({signal.Signals(number).name})")
+
+
+def _left(code: int | None) -> None:
+    speaking = LastWord._speaking
+    if speaking is not None:
+        speaking.say("ended the process" + ("" if code is None else f" with code {code}"))
