@@ -58,6 +58,7 @@ def pack(system: System, file: Path, *, version: str = "1.0", run: Mapping[str, 
     if version not in VERSIONS:
         raise unknown("version of SSP", version, VERSIONS)
     system.refuse_driven("a packed system")
+    told = b"" if run is None else results(system, run)  # before FMUs are built, which may take minutes
     fmus, places = _fmus(system)
     models = {c.name: configured(read(fmus[c.source], c.implementation), c.name, c.given) for c in system.components}
     descriptions = {name: described(model) for name, model in models.items()}
@@ -72,8 +73,8 @@ def pack(system: System, file: Path, *, version: str = "1.0", run: Mapping[str, 
             values[sets[component.name]] = as_bytes(found)
     members = {"SystemStructure.ssd": as_bytes(_structure(system, descriptions, places, writing, sets)), **values}
     members |= {places[source]: archive.read(location) for source, location in fmus.items()}
-    if run is not None:
-        members[RESULTS] = results(system, run)
+    if told:
+        members[RESULTS] = told
     members[MEMBER] = as_bytes(provenance(system, members, run))
     write_zip(file, members, stored=[".fmu"])
     return file
