@@ -137,7 +137,8 @@ def _carried(signal: Signal) -> dict[str, Any]:
         "name": signal.name, "kind": signal.kind, "unit": signal.unit, "start": signal.start, "min": signal.min,
         "max": signal.max, "meaning": signal.meaning, "smooth": signal.smooth, "type": signal.type,
         "definition": None if unit is None else [unit.name, unit.factor, list(unit.dimension), unit.offset],
-        "items": [list(item) for item in signal.items], "shape": list(signal.shape), "display": signal.display, "nominal": signal.nominal,
+        "items": [list(item) for item in signal.items], "shape": list(signal.shape),
+        "display": signal.display, "nominal": signal.nominal,
     }  # fmt: skip
     return {name: value for name, value in full.items() if value not in (None, [], "") or name in ("name", "kind", "unit")}
 
