@@ -23,7 +23,7 @@ from .kept import voice
 from .log import shown_plainly
 from .settings import applied, words
 
-SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), or an .ssp or .ssd file")]
+SystemName = Annotated[str, typer.Argument(metavar="SYSTEM", help="a built-in system (cosim list), an .ssp, .ssd, .toml or .fmu")]
 Gyro = Annotated[
     str | None,
     typer.Option("--gyro", metavar="VARIANT", help="the gyro unit: a variant, PACKAGE:VARIANT, a .py file or an .fmu file"),

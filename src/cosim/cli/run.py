@@ -35,6 +35,7 @@ from .common import (
     seconds,
 )
 from .kept import closing
+from .reference import driven, read_reference_option
 from .rescue import Rescue
 from .results import Files
 from .robust import STARTS, Conditions, prepared
@@ -105,9 +106,22 @@ def command(
     ] = None,
     every: Annotated[str | None, typer.Option(metavar="TIME", help="simulated time between checkpoints; 10 s otherwise")] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,
+    inputs: Annotated[
+        list[Path] | None, typer.Option("--input", metavar="FILE", help="a .csv file of time series that open inputs follow")
+    ] = None,
+    scenario: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="a .toml file of what happens when: values set, connections that fail")
+    ] = None,
+    reference: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="compare with the results in this .csv file; exit code 1 if they differ")
+    ] = None,
+    tolerance_band: Annotated[
+        str | None,
+        typer.Option(metavar="SHARE[,TIME]", help="of --reference: share of the largest value, and time either way; 1e-3 else"),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run a built-in system, an .ssd or an .ssp file.
+    """Run a built-in system, an .ssd, .ssp or .toml file, or an .fmu alone.
 
     Without options `cosim run wheel-pair` is the paper's case of figure 4: v = 10 m/s, rotor at 100 rpm, starting at
     y = 0.001 m and psi = 0.314 rad.
@@ -116,6 +130,7 @@ def command(
     from ..master.checkpoint import Checkpoint, Resume
 
     plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
+    plan = driven(plan, inputs, scenario)
     chosen = algorithm(algorithm_, degree, words(sequence))
     h, end = seconds(step, "--step", plan.step), seconds(stop, "--stop", plan.stop)
     begin = seconds(start, "--start", plan.start)
@@ -158,6 +173,7 @@ def command(
             if robust
             else None
         )
+        against = read_reference_option(reference, tolerance_band, plan, network.names)
         record = files.recording(
             select or (), record_every, steps * len(network.names),
             always=checkpoint is not None or resume is not None, never=certify,
@@ -198,11 +214,18 @@ def command(
                     uncertified = f"no certificate: over shorter steps {error}"
         told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
         lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
+        if how is not None:
+            told["adaptive"] = {"tolerance": how.tolerance, "estimate": how.estimate, "meaning": how.meaning}
+            lines.insert(2, how.meaning)
         if again is not None:
             how_ran = Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
             asked = again.ask(run, found, how_ran)
             told["robust"] = again.document(asked)
             lines += again.words(asked)
+        if against is not None:
+            judgement = against.ask(run)
+            told["reference"] = against.document(judgement)
+            lines += against.words(judgement)
         if pacer is not None:
             told["realtime"] = pacer.report().document()
             lines.append(pacer.report().words())
@@ -212,6 +235,7 @@ def command(
         if uncertified:
             console().print(f"cosim: {uncertified}", soft_wrap=True)
         turned = again is not None and not asked.decidable
+        turned = turned or (against is not None and not judgement.verdict)
         return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
 
 

@@ -66,8 +66,9 @@ def read_settings(texts: Iterable[str], system: System) -> Settings:
     variants: dict[str, tuple[str, ...]] = {}
     for text in texts:
         name, value = assignment(text, rule)
-        if "." in name and name not in components:
-            values.append((name, value))
+        alone = len(components) == 1 and name not in components and system.components[0].source.endswith(".fmu")
+        if alone or ("." in name and name not in components):
+            values.append((system.full(name), value))
             continue
         chosen = split_variants(value)
         if not chosen:

@@ -48,6 +48,7 @@ def document(run: Run, found: Sequence[Assessed] = ()) -> dict[str, Any]:
         "without_kernel": run.without_kernel,
         "notes": list(run.notes),
         "warnings": {name: {"count": count, "first": first} for name, (count, first) in run.warnings.items()},
+        "scenario": [{"at": one.at, "since": one.since, "event": one.words} for one in run.happened],
         "events": {"total": sum(run.events.values()), "components": dict(run.events)},
         "timing": {
             "setup_s": run.timing.setup_s,
@@ -116,7 +117,18 @@ def summary_lines(run: Run, in_process: bool, found: Sequence[Assessed] = ()) ->
     warning = [f"WARNING: {run.coupling_warning}"] if run.coupling_warning else []
     bonds = bonds or ["coupling energy residual: the system has no power bond"]
     notes = [f"note: {note}" for note in run.notes]
+    events += happened_lines(run)
     return [*lines, *slow, *notes, *events, *warned, "", table, "", *bonds, *warning, *assessments.lines(found)]
+
+
+def happened_lines(run: Run) -> list[str]:
+    """What a scenario has done, in words."""
+    lines = []
+    for one in run.happened[:SHOWN]:
+        late = f" (from t = {one.since:.9g} s on)" if abs(one.since - one.at) > 1e-9 * run.step else ""
+        lines.append(f"t = {one.at:.9g} s: {one.words}{late}")
+    more = len(run.happened) - SHOWN
+    return [*lines, *([f"and {more} events more of the scenario"] if more > 0 else [])]
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

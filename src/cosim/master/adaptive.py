@@ -56,6 +56,19 @@ class Adaptive:
         if not 0.0 < self.smallest <= self.largest:
             raise ValueError(f"macro steps must have 0 < smallest <= largest, got {self.smallest!r} and {self.largest!r}")
 
+    @property
+    def meaning(self) -> str:
+        """What the tolerance is of, in words."""
+        if self.estimate == "energy":
+            return (
+                f"tolerance {self.tolerance:g}: of each macro step, the residual power of every power bond at its end against "
+                "the largest power so far; what crosses no bond is not looked at"
+            )
+        return (
+            f"tolerance {self.tolerance:g}: of each macro step, its own estimated error in every coupled output against "
+            "the largest size of that output so far; the errors of the steps add up, so it is no bound on that of the result"
+        )
+
 
 class Controller:
     """Chooses the macro steps of one run."""

@@ -11,6 +11,8 @@ from ..systems import System
 from ..systems.catalogue import systems
 from .reading import read
 from .rules import NAMESPACES
+from .single import of_one_fmu
+from .toml_files import read_system
 
 __all__ = ["NAMESPACES", "read", "system"]
 
@@ -21,7 +23,8 @@ def system(name: str) -> System:
     Parameters
     ----------
     name : str
-        As `cosim list` shows it, or the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several).
+        As `cosim list` shows it; the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several); of a .toml
+        file that describes a system (toml_files.py); or of an .fmu, which then is all of the system (single.py).
 
     Returns
     -------
@@ -37,4 +40,8 @@ def system(name: str) -> System:
         return read(systems()[name])
     if name.endswith((".ssd", ".ssp")):
         return read(Path(name))
+    if name.endswith(".toml"):
+        return read_system(name)
+    if name.endswith(".fmu"):
+        return of_one_fmu(name)
     raise unknown("system", name, systems())
