@@ -22,7 +22,7 @@ TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 class ExchangeSlave(Serializable, Linearisable, Counting, Texting):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
-    tolerance : relative, of the integration; None: what the FMU's DefaultExperiment says, else TOLERANCE. May be set before begin().
+    tolerance : relative, of the integration, to be set before begin(); None: that of the FMU's DefaultExperiment, else TOLERANCE.
 
     An FMU that cannot save its state, but remembers nothing beyond time and continuous states, is saved by these.
     """
