@@ -18,9 +18,10 @@ import pytest
 from gyro_cosim import Jacobi, SlaveError, simulate, system
 from gyro_cosim.slaves import open_slave
 from gyro_cosim.slaves.base import Restorable, Slave
+from gyro_cosim.slaves.processes.listening import listen
 from gyro_cosim.slaves.processes.protocol import HEADER, MAGIC, Kind, Link, ProtocolError, array
 from gyro_cosim.slaves.processes.remote import RemoteSlave, parse
-from gyro_cosim.slaves.processes.serving import listen, serve
+from gyro_cosim.slaves.processes.serving import serve
 
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
 PLAIN = PLAN.with_source("gyro", "nonlinear")

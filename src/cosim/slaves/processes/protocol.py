@@ -73,6 +73,8 @@ class Kind(IntEnum):
     TUNE = 15
     TEXTS = 16
     GIVE_TEXTS = 17
+    CHALLENGE = 18
+    PROVE = 19
     OK = 100
     ERROR = 101
     END = 102

@@ -9,6 +9,8 @@ Options follow a question mark, joined by &: "tcp://rig:5000?timeout=0.5ms&late=
     late        what counts for one that takes longer: `hold` the last answer, `extrapolate` the line through the last two, or
                 `stop` the run (the default). An answer that comes later still is dropped.
     patience    how many answers in a row may be missing before the run stops after all (10)
+    secret      a file with the secret that the unit knows, too, see `cosim serve --secret`
+    tls         a file with the certificates that are trusted, see `cosim serve --certificate`
 
 A unit that is gone, or sends what is no frame, stops the run in any case: SlaveError, and the results so far are kept. A step
 is not waited for; what comes of it is asked with the outputs, so a macro step costs one question and its answer.
@@ -16,10 +18,13 @@ is not waited for; what comes of it is asked with the outputs, so a macro step c
 
 import json
 import socket
+import ssl
 import struct
 import subprocess
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import parse_qsl
 
@@ -31,9 +36,11 @@ from ...errors import EndRequest, SlaveError, unknown
 from ..base import Restorable
 from ..signal import Value
 from . import child
+from .admission import WANTED, Admission, read_secret
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 from .telling import carried_values, described, truth
 
+_TERMS = ("timeout", "late", "patience", "secret", "tls")
 SCHEMES = ("process:", "tcp://")
 PREPARATION = 60.0  # s that opening, starting, saving and restoring may take
 
@@ -45,6 +52,8 @@ class ResponseTerms:
     timeout: float = 1.0
     late: Literal["hold", "extrapolate", "stop"] = "stop"
     patience: int = 10
+    secret: str = ""
+    tls: str = ""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.timeout < float("inf"):
@@ -61,10 +70,11 @@ def parse(source: str) -> tuple[str, ResponseTerms]:
     chosen = dict(parse_qsl(options))
     try:
         for name in chosen:
-            if name not in ("timeout", "late", "patience"):
-                raise unknown("option", name, ("timeout", "late", "patience"))
+            if name not in _TERMS:
+                raise unknown("option", name, _TERMS)
         timeout, patience = quantity(chosen.get("timeout", "1"), "s"), int(chosen.get("patience", "10"))
-        terms = ResponseTerms(timeout, chosen.get("late", "stop"), patience)  # type: ignore[arg-type]
+        terms = ResponseTerms(timeout, chosen.get("late", "stop"), patience,  # type: ignore[arg-type]
+                              chosen.get("secret", ""), chosen.get("tls", ""))  # fmt: skip
     except ValueError as error:
         raise ValueError(f"unit {source!r}: {error}") from None
     return place, terms
@@ -94,8 +104,17 @@ class RemoteSlave(Restorable):
         host, colon, port = place.removeprefix("tcp://").rpartition(":")
         if not colon or not port.isdigit() or not 0 < int(port) < 65536:
             raise ValueError(f"unit {place!r} must be tcp://HOST:PORT")
+        secret = read_secret(Path(self._terms.secret)) if self._terms.secret else None
         try:
-            return Link(socket.create_connection((host, int(port)), timeout=5.0))
+            context = ssl.create_default_context(cafile=self._terms.tls) if self._terms.tls else None
+            stream = socket.create_connection((host, int(port)), timeout=5.0)
+            with ExitStack() as stack:
+                stack.callback(stream.close)
+                link = Admission(secret, context).enter(stream, host)
+                stack.pop_all()
+                return link
+        except (ProtocolError, EOFError) as error:
+            raise self._failed(0.0, f"lets nobody in: {error or 'it has closed the connection'}") from None
         except OSError as error:
             raise self._failed(0.0, f"does not answer: {error.strerror or error}") from None
 
@@ -184,6 +203,8 @@ class RemoteSlave(Restorable):
             self._link.send(kind, self._sequence, payload, PREPARATION)
             while True:
                 answer, sequence, content = self._link.receive(timeout or PREPARATION)
+                if answer == Kind.CHALLENGE:
+                    raise self._failed(t, WANTED.decode())
                 if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END):
                     raise ProtocolError(f"{answer.name} with number {sequence} answers nothing")
                 if sequence == self._sequence:  # an older one comes too late
