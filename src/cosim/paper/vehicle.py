@@ -12,6 +12,7 @@ from typing import Any
 
 from .. import figures
 from ..master import Progress
+from ..railway.forms import with_creep_law
 from ..stability import AtRest
 from ..systems import catalogue
 from . import measures
@@ -25,6 +26,7 @@ FORCES = {
     COEFFICIENT: ("Y/Q, inner front wheel [1]", 1.0),
 }
 Cases = Mapping[Key, Case]
+SMOOTH = ("Polach", "Shen-Hedrick-Elkins")  # laws whose state of rest is one of zeros; FASTSIM's cells are not even about it
 LAW = (
     "the law of a pair of wheels: a ratio of gimbal damper to spring that grows with the speed is needed, whatever the spin; "
     "on set A's flat tread no unit that is stable by itself is enough (studies/stability_law.py, and what would change it "
@@ -37,8 +39,9 @@ def at_rest(speed: int) -> str:
     words = []
     for name in SETS:
         plan = with_case(base(name, STRAIGHT), speed, "on", "0mm").with_value("vehicle.stretch_lateral", 0.0)
-        growth = AtRest(plan, (), ignorable=("vehicle.*_distance",)).growth(())
-        words.append(f"{name} {growth:+.2g} 1/s")
+        for law in SMOOTH:
+            growth = AtRest(with_creep_law(plan, "vehicle", law), (), ignorable=("vehicle.*_distance",)).growth(())
+            words.append(f"{name} {growth:+.2g} 1/s ({law})")
     return f"growth of small motion on even track at {speed:g} m/s with the gyro on: {', '.join(words)}; {LAW}"
 
 
