@@ -20,8 +20,8 @@ RIG = ("cosim compare wheel-pair --gyro nonlinear --gyro hil,rate_delay=20ms,mom
        "--stop 10 --in-process --plot results/gallery/rig.png")  # fmt: skip
 DELAY = ("cosim delay wheel-pair --set gyro.rotor_speed=200rpm --step 50ms --longest 200ms "
          "--map gyro.rotor_speed=100rpm:600rpm:6 --plot results/gallery/delay.png")  # fmt: skip
-STUDIES = ("comfort", "critical_speed", "decision", "derailment_map", "gimbal_design", "gyro_cost", "lean_units", "optimum", "rivals",
-           "root_locus", "safe_speed", "solid_axle", "stability_law", "stability_map")  # fmt: skip
+STUDIES = ("comfort", "critical_speed", "decision", "derailment_map", "gimbal_design", "gyro_cost", "lean_units", "optimum",
+           "rivals", "root_locus", "safe_speed", "solid_axle", "stability_law", "stability_map")  # fmt: skip
 
 # image -> the command that draws it, the file that this makes
 PICTURES = {

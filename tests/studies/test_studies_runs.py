@@ -178,3 +178,21 @@ def test_a_yaw_damper_does_what_an_inerter_does_not(short: Callable[[str], dict[
         for name in (damper, "gyro as in Table 2"):
             run = found[wheels][name]["curve, polach, 8 m/s"]
             assert (run["runs"], run["derail"]) == (2, 0), (wheels, name)
+
+
+@pytest.mark.slow
+def test_the_decision_counts_starts_of_a_vehicle_that_somebody_would_build(short: Callable[[str], dict[str, Any]]) -> None:
+    """What is not chaotic: set B comes through both curves with the unit spinning and with a yaw damper, and settles there."""
+    found = short("decision")
+    assert found["starts"] == 4
+    assert len(found["cells"]) == 4
+    for cell in found["cells"].values():
+        assert [cell[unit]["starts"] for unit in ("no unit", "at rest", "spinning", "yaw damper")] == [4] * 4
+        for unit in ("spinning", "yaw damper"):
+            assert cell[unit]["derailed"] == 0
+            assert cell[unit]["share"] == pytest.approx([0.0, 0.4899], abs=1e-4)  # Wilson, 0 of 4
+            assert cell[unit]["late_mm"] < 0.1
+    tight = found["cells"]["B, Polach, R = 50 m, 5 m/s"]
+    assert tight["spinning"]["ratio"] == pytest.approx([0.736] * 4, abs=2e-3)
+    assert tight["no unit"]["derailed"] > 0  # of a run that hunts: some of the starts, whatever the compiler's digits
+    assert found["derailments"]["in_the_last_50_m"] == 0
