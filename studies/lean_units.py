@@ -188,11 +188,11 @@ if __name__ == "__main__":
             height = [row.get(parts, 0) / n for row, n in zip(shares, ran, strict=True)]
             axes[0].bar(at + {"settle": -0.12, "pass": 0.0, "both": 0.12}[parts], height, 0.12, color=colour, alpha=alpha,
                         label=f"{tread}: {parts}")  # fmt: skip
-        for x, row in zip(at, shares, strict=True):
-            axes[0].text(x, 1.02, f"{row['stable_at_50']}/{row['drawn']}", ha="center", fontsize=6)
-    axes[0].set_xticks(range(len(UNITS)), list(UNITS))
-    axes[0].set(ylim=(0.0, 1.5), ylabel="share of the designs that were run")
-    axes[0].set_title("above: draws that are stable at rest at 50 m/s; the first of them were run", fontsize=9)
+    counted = [" and ".join(f"{row['stable_at_50']}/{row['drawn']}" for row in (summary["units"][f"{t}, {u}"] for t in TREADS))
+               for u in UNITS]  # fmt: skip
+    axes[0].set_xticks(range(len(UNITS)), [f"{unit}\n{count}" for unit, count in zip(UNITS, counted, strict=True)], fontsize=8)
+    axes[0].set(ylim=(0.0, 1.0), ylabel="share of the designs that were run")
+    axes[0].set_xlabel(f"draws that are stable at rest at 50 m/s, {' and '.join(TREADS)}; the first of them were run", fontsize=9)
     axes[0].legend(fontsize=7, ncols=2)
     for v, colour in zip((20.0, FAST), figures.COLOURS, strict=False):
         rows = [row for row in summary["ratio"] if row["speed_m_s"] == v]

@@ -151,7 +151,7 @@ if __name__ == "__main__":
         ax.set_xscale("log")
         ax.set_yscale("symlog", linthresh=0.1)
         ax.set(xlabel="forward speed v [m/s]", ylabel="largest growth [1/s]", title=wheels)
-    axes[0, 0].legend(fontsize=8)
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=9)
     figures.save(fig, FOLDER / "rivals.png")
     bare = {key.partition(".")[2]: value for key, value in BARE.items()}
     summary["needed_damper_by_the_law_N_m_s"] = {
