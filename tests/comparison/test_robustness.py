@@ -245,22 +245,22 @@ def test_figures_get_error_bars_from_the_starts(
 
     for module in (assessments, robust):
         monkeypatch.setattr(module, "fields", lambda: [Swing()])
-    document = cosim_json(*RUN, "--within", "left.position=1mm")
+    document = cosim_json(*RUN, "--within", "left.position=1mm", "--stop", "0.4")
     (bar,) = document["robust"]["error_bars"]
     assert (bar["of"], bar["unit"], bar["starts"]) == ("end", "m", 39)
     assert bar["share"] == pytest.approx(0.95)
     assert bar["low"] < bar["value"] == document["swings"][0]["end"] < bar["high"]
-    wider = cosim_json(*RUN, "--within", "left.position=2mm")["robust"]["error_bars"][0]
+    wider = cosim_json(*RUN, "--within", "left.position=2mm", "--stop", "0.4")["robust"]["error_bars"][0]
     assert wider["high"] - wider["low"] == pytest.approx(2 * (bar["high"] - bar["low"]), rel=1e-6)
     _, out, _ = cosim(*RUN, "--within", "left.position=1mm", "--starts", "5")
     assert re.search(r"^end \S+ m; a further start lies in \S+\.\.\S+ m with 67 %$", out, flags=re.MULTILINE)
 
 
-COMPARED = ("compare", "wheel-pair", "--gyro", "nonlinear", "--gyro", "linear", "--in-process", "--stop", "2", "--robust")
+COMPARED = ("compare", "wheel-pair", "--gyro", "nonlinear", "--gyro", "linear", "--in-process", "--stop", "1", "--robust")
 
 
 def test_variants_that_are_alike_stay_alike_whatever_is_changed(
-    cosim: Callable[..., Any], cosim_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+    cosim_json: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Small angles: the cosine matters nowhere. Each variant gets half of its own internal step."""
     from gyro_cosim.cli import compare_robust
@@ -281,9 +281,6 @@ def test_variants_that_are_alike_stay_alike_whatever_is_changed(
     assert asked["starts"] == "3 starts, seed 1: vehicle.yaw_angle +- 1mrad"
     assert seen[1] == ["nonlinear,internal_step=0.0005", "linear,internal_step=0.0005"]
     assert [texts for k, texts in enumerate(seen) if k != 1] == [["nonlinear", "linear"]] * 4
-    code, out, _ = cosim(*COMPARED, *small)
-    assert code == 0
-    assert "linear keeps the tolerances against nonlinear? yes, in all of them; 3 of 3 starts agree" in out
 
 
 def test_a_comparison_that_a_start_turns_is_not_decidable(cosim: Callable[..., Any]) -> None:
