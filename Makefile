@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies gallery clean
+.PHONY: run test test-all check bench paper studies gallery torture clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -34,6 +34,10 @@ bench: $(DEVELOP)
 	$(BIN)/python benchmarks/scale.py
 	$(BIN)/python benchmarks/long.py
 	$(BIN)/python benchmarks/peers.py
+
+# Hostile FMUs, some minutes; see docs/reliability.md.
+torture: $(DEVELOP)
+	PYTHONPATH=tests/support $(BIN)/python campaigns/torture.py
 
 paper: $(READY)
 	$(BIN)/cosim paper

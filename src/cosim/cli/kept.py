@@ -6,6 +6,7 @@ import ctypes
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -40,7 +41,13 @@ def kept_process(work: Callable[[], int]) -> int:
         return work()
     side = split()
     if isinstance(side, Keeper):
-        return _code(side.ending(closing=CLOSING, patience=PATIENCE))
+        ending = side.ending(closing=CLOSING, patience=PATIENCE)
+        code = _code(ending)
+        if ending.done is None or ending.late:
+            from ..slaves import scratch
+
+            scratch.clean(tempfile.gettempdir())
+        return code
     _voices.append(side)
     code = work()
     side.closing()  # a line has said what there is to say, and what is left is not worth waiting for

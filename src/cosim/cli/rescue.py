@@ -1,5 +1,6 @@
 """The results of a run whose process an FMU takes down, or in which one does not come back: written all the same."""
 
+import atexit
 import os
 import sys
 from pathlib import Path
@@ -47,5 +48,6 @@ class Rescue:
         try:
             os.write(2, text.encode(errors="replace"))
             voice().told()
+            atexit._run_exitfuncs()  # temporary folders; whoever keeps this process sees to it, too
         finally:
             os._exit(1)

@@ -42,6 +42,11 @@ from .robust import STARTS, Conditions, prepared
 from .settings import assignment, words
 from .summary import certificate_document, certificate_words, document, summary_lines
 
+ISOLATE = (
+    "run every FMU in a process of its own, which cannot take this one down: whatever it does, the results are kept; on Linux it "
+    "gets no new rights and at most half of the memory"
+)
+
 
 def command(
     system: SystemName,
@@ -82,7 +87,7 @@ def command(
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
     in_process: InProcess = False,
-    isolate: Annotated[bool, typer.Option("--isolate", help="run every FMU in a process of its own")] = False,
+    isolate: Annotated[bool, typer.Option("--isolate", help=ISOLATE)] = False,
     realtime: Annotated[
         bool, typer.Option("--realtime", help="pace the macro steps to the wall clock, and report on it")
     ] = False,

@@ -9,8 +9,9 @@ import ctypes
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 from .keeper import ASK
@@ -60,6 +61,11 @@ class LastWord:
         LastWord._kept.append(handler)
         numbers = [getattr(signal, name) for name in CRASHES] + [ASK]
         self._before = {number: signal.getsignal(number) for number in numbers}
+        if (
+            signal.getsignal(signal.SIGINT) is signal.default_int_handler
+            and threading.current_thread() is threading.main_thread()
+        ):
+            self._before[signal.SIGINT] = signal.signal(signal.SIGINT, _interrupted)
         if sys.platform == "linux":
             room = ctypes.create_string_buffer(_STACK)
             LastWord._kept.append(room)
@@ -99,6 +105,12 @@ class LastWord:
         else:
             LastWord._kept.append(ctypes.CFUNCTYPE(None)(lambda: _left(None)))
             libc.atexit(LastWord._kept[-1])
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    """As usual, unless Ctrl-C is heard only now that the last word has begun: nothing comes back to where it was pressed."""
+    if frame is None or frame.f_code is not _crashed.__code__:
+        raise KeyboardInterrupt
 
 
 def _crashed(number: int) -> None:

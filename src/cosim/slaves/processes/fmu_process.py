@@ -13,6 +13,7 @@ from ..fmi.log import shown
 from ..opening import open_fmu
 from . import child
 from .protocol import Kind, Link, array, document, numbers
+from .sandbox import confine
 from .telling import carried_values, introduction, number, read_values
 
 MOST_LINES = 200  # of the log with one answer; what is beyond is counted only
@@ -128,6 +129,7 @@ class Program:
 def main() -> None:
     """Arguments: the number of the socket, the parent's process id."""
     if child.belongs():
+        confine()
         Program(Link(socket.socket(fileno=int(sys.argv[1])))).run()
 
 
