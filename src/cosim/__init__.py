@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .ssp import system
     from .sweeps import Sweep, load, sweep
     from .systems import Connection, Conversion, Event, InputSeries, PowerBond, Scenario, StopWhen, System, SystemComponent
-    from .trajectory import Trajectory, read_csv
+    from .trajectory import Trajectory, read_csv, read_results
 
     __version__: str
 
@@ -67,6 +67,7 @@ __all__ = [
     "load",
     "open_network",
     "read_csv",
+    "read_results",
     "run",
     "simulate",
     "sweep",
@@ -96,7 +97,7 @@ _WHERE = {
         "System",
         "SystemComponent",
     ),
-    "trajectory": ("Trajectory", "read_csv"),
+    "trajectory": ("Trajectory", "read_csv", "read_results"),
 }
 _MODULES = {name: module for module, names in _WHERE.items() for name in names}
 _RENAMED = {"Part": "SystemComponent", "Hop": "Conversion"}  # to 0.2.0; goes with 0.3.0

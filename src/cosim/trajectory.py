@@ -6,11 +6,13 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+FORMATS = (".csv", ".mat", ".parquet")
 CSV_ROWS = 10_000  # that are turned into text at once
 
 
@@ -69,7 +71,8 @@ class Trajectory:
         return xarray.Dataset(signals, coords={"time": ("time", self.t, {"units": "s"})})
 
     def save(self, file: str | Path) -> None:
-        """Write a .csv (header `time`, then `component.variable`) or a .mat (the layout that Modelica tools read)."""
+        """Write a .csv (header `time`, then `component.variable`), a .mat (the layout that Modelica tools read, names in UTF-8)
+        or, with the extra `parquet`, a .parquet (the unit of each column in its metadata)."""
         file = Path(file)
         check_format(file)
         if file.suffix == ".csv":
@@ -77,8 +80,20 @@ class Trajectory:
                 stream.write(csv_header(self.names))
                 for k in range(0, len(self), CSV_ROWS):
                     stream.write(csv_rows(self.t[k : k + CSV_ROWS], self.values[k : k + CSV_ROWS]))
+        elif file.suffix == ".parquet":
+            self._save_parquet(file)
         else:
             self._save_mat(file)
+
+    def _save_parquet(self, file: Path) -> None:
+        import pyarrow
+        from pyarrow import parquet
+
+        kind = pyarrow.float64()
+        columns = [("time", "s", self.t), *zip(self.names, self.units, self.values.T, strict=True)]
+        fields = [pyarrow.field(name, kind, nullable=False, metadata={"unit": unit}) for name, unit, _ in columns]
+        arrays = [pyarrow.array(np.ascontiguousarray(values)) for _, _, values in columns]
+        parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), file)
 
     def _save_mat(self, file: Path) -> None:
         """The Dymola trajectory layout, transposed ("binTrans"): one variable a column, `time` first.
@@ -107,9 +122,10 @@ class Trajectory:
 
 
 def _characters(lines: list[str]) -> np.ndarray:
-    """Lines as a character matrix padded with blanks, one line a row, as MATLAB 4 files hold text."""
-    width = max(map(len, lines))
-    return np.array([list(line.ljust(width)) for line in lines])
+    """Lines as a character matrix padded with blanks, one line a row, as MATLAB 4 files hold text: one byte of UTF-8 a place."""
+    encoded = [line.encode() for line in lines]
+    width = max(map(len, encoded))
+    return np.array([list(line.ljust(width).decode("latin-1")) for line in encoded])
 
 
 def _optional(package: str, what: str) -> Any:
@@ -156,8 +172,60 @@ def csv_rows(t: np.ndarray, values: np.ndarray) -> bytes:
 
 def check_format(file: Path) -> None:
     """Refuse a file name whose ending says no format that can be written."""
-    if file.suffix not in (".csv", ".mat"):
-        raise ValueError(f"output file must end in .csv or .mat, got {str(file)!r}")
+    if file.suffix not in FORMATS:
+        raise ValueError(f"output file must end in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}, got {str(file)!r}")
+    if file.suffix == ".parquet" and find_spec("pyarrow") is None:
+        raise ValueError(f"{str(file)!r} needs the package pyarrow: python -m pip install 'gyro-cosim[parquet]'")
+
+
+def read_results(file: str | Path) -> Trajectory:
+    """The trajectory in a .csv, .mat or .parquet file that Trajectory.save wrote.
+
+    Parameters
+    ----------
+    file : str or Path
+        The file.
+
+    Returns
+    -------
+    Trajectory
+        Units of a .csv come back empty.
+
+    Raises
+    ------
+    ValueError
+        Another ending, or a file that holds no such results.
+    """
+    file = Path(file)
+    check_format(file)
+    try:
+        return {".csv": read_csv, ".mat": _read_mat, ".parquet": _read_parquet}[file.suffix](file)
+    except (ValueError, KeyError, StopIteration, UnicodeDecodeError) as error:
+        raise ValueError(f"{str(file)!r} must be a {file.suffix} that cosim run wrote: {error}") from None
+
+
+def _read_mat(file: Path) -> Trajectory:
+    from scipy.io import loadmat
+
+    data = loadmat(file, chars_as_strings=False)
+    names, texts = (
+        ["".join(column).encode("latin-1").decode().rstrip(" ") for column in data[key].T] for key in ("name", "description")
+    )
+    units = tuple(text[len(name) + 2 : -1] for name, text in zip(names, texts, strict=True))
+    values = data["data_2"].T
+    return Trajectory(values[:, 0].copy(), tuple(names[1:]), units[1:], values[:, 1:].copy())
+
+
+def _read_parquet(file: Path) -> Trajectory:
+    from pyarrow import parquet
+
+    table = parquet.read_table(file)
+    names = table.column_names
+    if names[:1] != ["time"]:
+        raise ValueError("its first column must be time")
+    units = tuple((field.metadata or {}).get(b"unit", b"").decode() for field in table.schema)
+    columns = [column.to_numpy() for column in table.columns]
+    return Trajectory(columns[0].copy(), tuple(names[1:]), units[1:], np.array(columns[1:]).T.reshape(len(columns[0]), -1))
 
 
 def read_csv(file: str | Path) -> Trajectory:

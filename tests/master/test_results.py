@@ -21,7 +21,7 @@ from gyro_cosim.master.recording import Recorder, Recording
 from gyro_cosim.master.stepping import Stepper
 from gyro_cosim.master.time_grid import TimeGrid
 from gyro_cosim.systems import StopWhen, System, SystemComponent
-from gyro_cosim.trajectory import Trajectory, matching, read_csv
+from gyro_cosim.trajectory import Trajectory, matching, read_csv, read_results
 
 PAIR = system("wheel-pair")
 
@@ -288,3 +288,16 @@ def test_results_do_not_depend_on_how_many_points_are_held(options: Options, mon
     assert pieces.trajectory.t.tobytes() == whole.trajectory.t.tobytes()
     assert pieces.trajectory.values.tobytes() == whole.trajectory.values.tobytes()
     assert pieces.energy == whole.energy
+
+
+@pytest.mark.parametrize("ending", ["mat", "parquet"])
+def test_results_with_names_of_any_script_come_back_from_every_format(ending: str, tmp_path: Path) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    names = ("ψ.角度", "a.y[1,2]", 'a."quoted, too"', "b.größe")
+    t, values = np.array([0.0, 0.1, 1 / 3]), np.arange(12.0).reshape(3, 4) / 7
+    file = tmp_path / f"r.{ending}"
+    Trajectory(t, names, ("rad", "1", "", "°C"), values).save(file)
+    back = read_results(file)
+    assert (back.names, back.units) == (names, ("rad", "1", "", "°C"))
+    assert (back.t.tobytes(), np.ascontiguousarray(back.values).tobytes()) == (t.tobytes(), values.tobytes())

@@ -60,16 +60,13 @@ def _sweep(file: Path, names: list[str], where: list[str]) -> "Figure":
 def _run(file: Path, names: list[str], where: list[str]) -> "Figure":
     from .. import figures
     from ..errors import unknown
-    from ..trajectory import matching, read_csv
+    from ..trajectory import FORMATS, matching, read_results
 
     if where:
         raise ValueError(f"--where is for the file of a sweep, {str(file)!r} is none")
-    if file.suffix != ".csv":
-        raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote, or the file of a sweep")
-    try:
-        trajectory = read_csv(file)
-    except (ValueError, StopIteration, UnicodeDecodeError) as error:
-        raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote: {error}") from None
+    if file.suffix not in FORMATS:
+        raise ValueError(f"{str(file)!r} must be a {', '.join(FORMATS)} that cosim run wrote, or the file of a sweep")
+    trajectory = read_results(file)
     chosen: list[str] = []
     for pattern in names:
         meant = matching(pattern, trajectory.names)

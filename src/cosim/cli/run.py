@@ -99,7 +99,7 @@ def command(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(metavar="FILE", help="write the results to this .csv or .mat file; again for another"),
+        typer.Option(metavar="FILE", help="write the results to this .csv, .mat or .parquet; again for another"),
     ] = None,
     select: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only; * and ? are wild: 'gyro.*'")
