@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from small_fmus import _library, _write
+from small_fmus import library, written
 
 from gyro_cosim.fmus.compiler import host
 
@@ -71,11 +71,11 @@ TYPES_3 = """<?xml version="1.0" encoding="UTF-8"?>
 
 def types_2(folder: Path) -> Path:
     """FMI 2.0: variables x[1] ... x[3], strings, an integer and a boolean; see c/types2.c."""
-    return _write(folder / "types2.fmu", TYPES_2, f"binaries/{host().folder}/types{host().suffix}", _library("types2.c"))
+    return written(folder / "types2.fmu", TYPES_2, f"binaries/{host().folder}/types{host().suffix}", library("types2.c"))
 
 
 def types_3(folder: Path, *, events: bool = False) -> Path:
     """FMI 3.0: arrays of n elements, strings and binaries, with event mode or without; see c/types3.c."""
     text = TYPES_3.replace("@EVENTS@", str(events).lower())
     file = folder / f"types3{'_events' if events else ''}.fmu"
-    return _write(file, text, f"binaries/{host().name}/types{host().suffix}", _library("types3.c"))
+    return written(file, text, f"binaries/{host().name}/types{host().suffix}", library("types3.c"))

@@ -22,7 +22,7 @@ CRASHES = ("SIGSEGV", "SIGBUS", "SIGFPE", "SIGILL", "SIGABRT")
 LONGEST = 30  # s that the last word may take: it may wait for what the wrecked process holds
 _ON_STACK, _STACK = 0x08000000, 1 << 22  # SA_ONSTACK of Linux; bytes of a stack of its own, for a stack that has overflowed
 _HEARD = ctypes.CFUNCTYPE(None, ctypes.c_int)
-_LEFT = ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_void_p)
+_LEFT = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int)
 
 
 class _Stack(ctypes.Structure):
@@ -43,22 +43,23 @@ class LastWord:
     A context: it listens inside. Only one may.
     """
 
-    _kept: list[Any] = []  # noqa: RUF012 (what C code may call as long as the process lives)
+    _heard: Any = None  # what C code calls, and where: made once, kept as long as the process lives
+    _room: Any = None
     _speaking: "LastWord | None" = None
 
     def __init__(self, word: Callable[[str], None]) -> None:
         self._word = word
+        self._handle: ctypes.Array[ctypes.c_char] | None = None
 
     def __enter__(self) -> "LastWord":
         self._before: dict[int, Any] = {}
         if sys.platform == "win32":
             return self
         libc = ctypes.CDLL(None)
-        if not LastWord._kept:
+        if hasattr(libc, "__cxa_finalize"):
             self._listen_for_exit(libc)
         LastWord._speaking = self
-        handler = _HEARD(_crashed)
-        LastWord._kept.append(handler)
+        handler = LastWord._heard = LastWord._heard or _HEARD(_crashed)
         numbers = [getattr(signal, name) for name in CRASHES] + [ASK]
         self._before = {number: signal.getsignal(number) for number in numbers}
         if (
@@ -67,8 +68,7 @@ class LastWord:
         ):
             self._before[signal.SIGINT] = signal.signal(signal.SIGINT, _interrupted)
         if sys.platform == "linux":
-            room = ctypes.create_string_buffer(_STACK)
-            LastWord._kept.append(room)
+            room = LastWord._room = LastWord._room or ctypes.create_string_buffer(_STACK)
             libc.sigaltstack(ctypes.byref(_Stack(ctypes.addressof(room), 0, _STACK)), None)
         for number in numbers:
             if sys.platform == "linux":
@@ -82,6 +82,8 @@ class LastWord:
         LastWord._speaking = None
         for number, before in self._before.items():
             signal.signal(number, signal.SIG_DFL if before is None else before)
+        if self._handle is not None:  # calls what is registered under it, which has nothing to say any more, and drops it
+            getattr(ctypes.CDLL(None), "__cxa_finalize")(self._handle)
 
     def say(self, reason: str) -> None:
         """Whatever happens, the process ends here."""
@@ -96,15 +98,13 @@ class LastWord:
         finally:
             os._exit(1)
 
-    @staticmethod
-    def _listen_for_exit(libc: ctypes.CDLL) -> None:
-        """exit() calls what was registered; it says with which code on Linux only."""
-        if hasattr(libc, "on_exit"):
-            LastWord._kept.append(_LEFT(lambda code, _: _left(code)))
-            libc.on_exit(LastWord._kept[-1], None)
-        else:
-            LastWord._kept.append(ctypes.CFUNCTYPE(None)(lambda: _left(None)))
-            libc.atexit(LastWord._kept[-1])
+    def _listen_for_exit(self, libc: ctypes.CDLL) -> None:
+        """exit() calls what is registered, on Linux with its code. Under a handle, since what Python has lent must be taken
+        back before the interpreter goes: on_exit and atexit would call it when it is no longer there.
+        """
+        self._handle = ctypes.create_string_buffer(1)
+        self._leaving = _LEFT(lambda _, code: _left(code if sys.platform == "linux" else None))
+        getattr(libc, "__cxa_atexit")(self._leaving, None, self._handle)
 
 
 def _interrupted(number: int, frame: FrameType | None) -> None:

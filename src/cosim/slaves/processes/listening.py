@@ -16,8 +16,8 @@ from .serving import Limits, serve
 __all__ = ["listen"]
 
 BUSY = b"serves another master; one at a time"
-RATE, WINDOW = 20, 10.0  # connections that are looked at in so many seconds; more are closed at once
-NEVER_MIND = 0.2  # s between two looks for whoever else would like to be served
+WINDOW = 10.0  # s that connections are counted over
+NEVER_MIND = 0.2  # s between two looks for whoever else would like to be served, and that the one before may take to be gone
 
 
 def listen(
@@ -25,13 +25,14 @@ def listen(
     limits: Limits | None = None, admission: Admission | None = None,
 ) -> None:  # fmt: skip
     """Offer the slave at (host, port) to one master after another; `ready` is called with the port that was taken."""
-    came: deque[float] = deque(maxlen=RATE)
+    rules = limits or Limits()
+    came: deque[float] = deque(maxlen=rules.rate)
     with socket.create_server(address) as server:
         if ready is not None:
             ready(server.getsockname()[1])
         while True:
             stream, _ = server.accept()
-            if len(came) == RATE and time.monotonic() - came[0] < WINDOW:
+            if len(came) == rules.rate and time.monotonic() - came[0] < WINDOW:
                 stream.close()
                 continue
             came.append(time.monotonic())
@@ -41,7 +42,7 @@ def listen(
                 except (OSError, EOFError, ProtocolError):
                     continue
                 with contextlib.closing(link):
-                    serve(slave, link, limits or Limits())
+                    serve(slave, link, rules)
             if once:
                 return
 
@@ -53,12 +54,15 @@ def _others_told(server: socket.socket):  # type: ignore[no-untyped-def]
 
     def tell() -> None:
         while not over.is_set():
-            if not select.select([server], [], [], NEVER_MIND)[0] or over.is_set():
+            if not select.select([server], [], [], NEVER_MIND)[0] or over.wait(NEVER_MIND):
                 continue
             with contextlib.suppress(OSError):
                 stream, _ = server.accept()
                 with stream:
                     Link(stream).send(Kind.ERROR, 1, BUSY, timeout=NEVER_MIND)
+                    stream.shutdown(socket.SHUT_WR)
+                    while not over.is_set() and stream.recv(65536):  # closed with a question unread, the stream would take the answer with it
+                        pass
 
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()

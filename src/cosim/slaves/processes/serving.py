@@ -38,15 +38,18 @@ class Limits:
         Seconds of simulated time that one step may have: what it costs nobody can stop.
     snapshots : int
         Saved states that it may hold.
+    rate : int
+        Connections that are looked at in 10 s; more are closed at once.
     """
 
     idle: float = 600.0
     slow: float = 10.0
     longest: float = 10.0
     snapshots: int = 10_000
+    rate: int = 20
 
     def __post_init__(self) -> None:
-        for name in ("idle", "slow", "longest", "snapshots"):
+        for name in ("idle", "slow", "longest", "snapshots", "rate"):
             if not 0 < getattr(self, name) < math.inf:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
