@@ -61,7 +61,8 @@ def _others_told(server: socket.socket):  # type: ignore[no-untyped-def]
                 with stream:
                     Link(stream).send(Kind.ERROR, 1, BUSY, timeout=NEVER_MIND)
                     stream.shutdown(socket.SHUT_WR)
-                    while not over.is_set() and stream.recv(65536):  # closed with a question unread, the stream would take the answer with it
+                    # closed with a question unread, the stream would take the answer with it
+                    while not over.is_set() and stream.recv(65536):
                         pass
 
     teller = threading.Thread(target=tell, daemon=True)
