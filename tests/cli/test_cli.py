@@ -117,7 +117,7 @@ def test_converge_measures_the_order(cosim_json: Callable[..., Any], cosim: Call
         (("run", "wheel-pair", "--order", "3"), "degree must be 0, 1 or 2, got 3"),
         (("run", "wheel-pair", "--sequence", "vehicle,gyro"), "a sequence of components goes with gauss-seidel only"),
         (("run", "wheel-pair", "--output", "no/where.csv"), "the folder of 'no/where.csv' must exist"),
-        (("run", "wheel-pair", "--output", "a.xls"), "output file must end in .csv, .mat or .parquet, got 'a.xls'"),
+        (("run", "wheel-pair", "--output", "a.xls"), "output file must end in .csv, .mat, .parquet or .mf4, got 'a.xls'"),
         (("run", "wheel-pair", "--plot", "a.docx"), "plot file must end in one of"),
         (("run", "wheel-pair", "--frobnicate"), "No such option: --frobnicate"),
         (("run",), "Missing argument 'SYSTEM'"),

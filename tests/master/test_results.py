@@ -1,6 +1,8 @@
 """What a run keeps: selection, thinning, streaming; adaptive steps; checkpoints that lose no bit."""
 
+import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +23,8 @@ from gyro_cosim.master.recording import Recorder, Recording
 from gyro_cosim.master.stepping import Stepper
 from gyro_cosim.master.time_grid import TimeGrid
 from gyro_cosim.systems import StopWhen, System, SystemComponent
-from gyro_cosim.trajectory import Trajectory, matching, read_csv, read_results
+from gyro_cosim.trajectory import Origin, Trajectory, matching, read_csv, read_results, read_with_origin
+from gyro_cosim.trajectory.sameness import first_difference
 
 PAIR = system("wheel-pair")
 
@@ -290,14 +293,75 @@ def test_results_do_not_depend_on_how_many_points_are_held(options: Options, mon
     assert pieces.energy == whole.energy
 
 
-@pytest.mark.parametrize("ending", ["mat", "parquet"])
+@pytest.mark.parametrize("ending", ["csv", "mat", "parquet", "mf4"])
 def test_results_with_names_of_any_script_come_back_from_every_format(ending: str, tmp_path: Path) -> None:
-    if ending == "parquet":
-        pytest.importorskip("pyarrow")
-    names = ("ψ.角度", "a.y[1,2]", 'a."quoted, too"', "b.größe")
-    t, values = np.array([0.0, 0.1, 1 / 3]), np.arange(12.0).reshape(3, 4) / 7
+    names = ("ψ.角度", "a.y[1,2]", 'a."quoted, too"', "b.größe", "c.time [s]")
+    t, values = np.array([0.0, 0.1, 1 / 3]), np.arange(15.0).reshape(3, 5) / 7
+    values[1, 2], values[2, 0] = np.nan, -0.0
     file = tmp_path / f"r.{ending}"
-    Trajectory(t, names, ("rad", "1", "", "°C"), values).save(file)
-    back = read_results(file)
-    assert (back.names, back.units) == (names, ("rad", "1", "", "°C"))
+    origin = Origin(("run", "größe.ssp"), "..", {"gyro-cosim": "1"}, {"größe.ssp": "00"})
+    Trajectory(t, names, ("rad", "1", "", "°C", "[m]"), values).save(file, origin)
+    back, told = read_with_origin(file)
+    assert (back.names, back.units) == (names, ("rad", "1", "", "°C", "[m]"))
     assert (back.t.tobytes(), np.ascontiguousarray(back.values).tobytes()) == (t.tobytes(), values.tobytes())
+    assert told is not None
+    assert replace(told, units={}) == origin
+    Trajectory(t[:0], names, ("",) * 5, values[:0]).save(file)
+    back, told = read_with_origin(file)
+    assert (back.names, back.values.shape, told) == (names, (0, 5), None)
+    file.write_bytes(b"time\x00\xff")
+    with pytest.raises(ValueError, match=f"'.*r.{ending}' must be a .{ending} that holds results over time: "):
+        read_results(file)
+
+
+def test_a_mat_file_of_a_modelica_tool_is_read_with_aliases_and_constants(tmp_path: Path) -> None:
+    """Its second matrix holds series, its first constants; a negative place is an alias with the sign turned."""
+    from scipy.io import savemat
+
+    def text(*lines: str) -> np.ndarray:
+        return np.array([list(line.ljust(16)) for line in lines])
+
+    data = {
+        "Aclass": text("Atrajectory", "1.1", "", "binNormal"), "name": text("time", "x", "minus_x", "mass"),
+        "description": text("time in [s]", "position [m]", "", "mass [kg]"),
+        "dataInfo": np.array([[0, 1, 0, -1], [2, 2, 0, -1], [2, -2, 0, -1], [1, 2, 0, -1]], dtype=np.int32),
+        "data_1": np.array([[0.0, 5.0], [1.0, 5.0]]), "data_2": np.array([[0.0, 1.0], [0.5, 2.0], [1.0, 4.0]]),
+    }  # fmt: skip
+    savemat(tmp_path / "m.mat", data, format="4")
+    back = read_results(tmp_path / "m.mat")
+    assert (back.names, back.units) == (("x", "minus_x", "mass"), ("m", "", "kg"))
+    np.testing.assert_array_equal(back.values, [[1, -1, 5], [2, -2, 5], [4, -4, 5]])
+
+
+def test_a_file_that_cannot_be_written_whole_leaves_the_old_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = Trajectory(np.arange(3.0), ("a",), ("",), np.arange(3.0)[:, None])
+    for file in (tmp_path / "r.csv", tmp_path / "r.mf4"):
+        whole.save(file)
+        monkeypatch.setattr(os, "fsync", lambda descriptor: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+        with pytest.raises(OSError, match="No space left") as failure:
+            Trajectory(np.arange(2.0), ("b",), ("",), np.arange(2.0)[:, None]).save(file)
+        assert Path(failure.value.filename) == file
+        monkeypatch.undo()
+        assert read_results(file).names == ("a",)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["r.csv", "r.mf4"]
+
+
+def test_the_first_difference_of_two_results_is_named() -> None:
+    t, values = np.arange(4.0), np.arange(8.0).reshape(4, 2)
+    values[3, 1] = np.nan
+    one = Trajectory(t, ("a", "b"), ("m", ""), values)
+    assert first_difference(one, Trajectory(t.copy(), ("a", "b"), ("m", ""), values.copy())) is None
+    other = values.copy()
+    other[1, 1], other[2, 0], other[0, 0] = 3.0 + 5e-16, 9.0, -0.0
+    told = first_difference(one, replace(one, values=other))
+    assert str(told) == "value of a at t = 0 s was 0.0, is -0.0 (and at 2 points more)"
+    other[0, 0] = 0.0
+    assert str(first_difference(one, replace(one, values=other))).startswith(
+        "value of b at t = 1 s was 3.0, is 3.0000000000000004"
+    )
+    late = np.array([0.0, 1.0, 2.0, 3.0 + 1e-15])
+    assert str(first_difference(one, replace(one, t=late))).startswith("time at t = 3 s was 3.0, is 3.000000000000001")
+    short = Trajectory(t[:3], one.names, one.units, values[:3])
+    assert str(first_difference(one, short)) == "length at t = 3 s was 4 points, is 3 points"
+    assert str(first_difference(one, replace(one, names=("a", "c")))) == "signals of b was there, is lost"
+    assert str(first_difference(one, replace(one, units=("m", "s")))) == "units of b was '', is 's'"

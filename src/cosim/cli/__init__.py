@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import RunError
+from .given import of_command
 from .kept import COMMANDS as FOREIGN
 from .kept import diverted, kept_process, voice
 from .log import shown, shown_plainly, verbosity
@@ -32,6 +33,7 @@ COMMANDS = {
     "params": "parameters",
     "pack": "pack",
     "serve": "serve",
+    "reproduce": "reproduce",
 }
 
 
@@ -90,7 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(times: int, given: list[str]) -> int:
     """The exit code of a command; whatever goes wrong is one line."""
     try:
-        with shown(times), diverted("--json" in given):
+        with shown(times), diverted("--json" in given), of_command(given):
             return _run(given)
     except Misuse as error:
         return _complain(error.format_message() if isinstance(error, typer.BadParameter) else str(error), 2)

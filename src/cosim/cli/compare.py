@@ -29,6 +29,7 @@ from .common import (
     writable,
 )
 from .compare_robust import VERDICTS, prepared
+from .provenance import origin
 from .robust import STARTS
 from .settings import Settings, read_settings
 
@@ -108,6 +109,8 @@ def command(
         asked = again.ask(result)
         told["robust"] = again.again.document(asked)
         words += again.again.words(asked)
+    if as_json:
+        told["origin"] = origin(*(c.run.system for c in result.candidates if c.run is not None)).document()
     say(as_json, lambda: told, *words, *([f"wrote {plot}"] if plot else []))
     return 0 if result.verdict and (again is None or asked.decidable) else 1
 

@@ -27,6 +27,7 @@ from .common import (
     tell,
     writable,
 )
+from .provenance import origin
 
 
 def command(
@@ -85,6 +86,7 @@ def command(
                 }
                 for ladder in result.ladders
             ],
+            "origin": origin(plan).document(),
         }  # fmt: skip
 
     head = [f"{h * 1e3:g} ms" for h in result.ladders[0].steps]

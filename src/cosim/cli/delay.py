@@ -28,6 +28,7 @@ from .common import (
     tell,
     writable,
 )
+from .provenance import origin
 from .settings import assignment
 
 
@@ -117,6 +118,7 @@ def command(
             "margins": [
                 {"compensation": r["compensation"], "stable": ways(r["stable"]), "tolerances": ways(r["kept"])} for r in rows
             ],
+            "origin": origin(plan).document(),
         }  # fmt: skip
 
     say(as_json, document, *words)

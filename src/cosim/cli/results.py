@@ -1,13 +1,15 @@
 """Where the results of `cosim run` go: files of any number and format, of which a .csv may be streamed, and a figure."""
 
+import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from .. import trajectory
 from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
-from ..trajectory import Trajectory
+from ..trajectory import Origin, Trajectory
+from ..trajectory.origin import beside
 from .assessments import Assessed, figure
 from .common import writable
 
@@ -24,10 +26,13 @@ class Files:
         Files of results, each in the format that its ending names.
     plot : Path or None
         A figure.
+    origin : Origin or None
+        Where the results come from; its folder is the one where the command runs.
     """
 
     outputs: tuple[Path, ...]
     plot: Path | None
+    origin: Origin | None = None
     _places: dict[Path, Path] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -62,7 +67,10 @@ class Files:
                 if file != first:
                     rule = f"results of more than {IN_MEMORY:,} numbers go into one .csv file only"
                     raise ValueError(f"{rule}, got {str(file)!r} besides (--record-every N keeps fewer)")
-        return Recording(tuple(select), every, self._places[first] if streams and first is not None else None)
+        if not streams or first is None:
+            return Recording(tuple(select), every)
+        beside(self._places[first]).unlink(missing_ok=True)  # of older results, should these be cut off
+        return Recording(tuple(select), every, self._places[first])
 
     def write(self, run: Run, found: Sequence[Assessed], streamed: Path | None) -> list[Path]:
         """Write what has not been streamed; all files that are there now."""
@@ -72,12 +80,25 @@ class Files:
             written.append(self.plot)
         return written
 
-    def rescue(self, trajectory: Trajectory, streamed: Path | None) -> list[Path]:
+    def rescue(self, results: Trajectory, streamed: Path | None) -> list[Path]:
         """Write what has not been streamed of the results alone; all files of results that are there now."""
         for file in self.outputs:
-            if self._places[file] != streamed:
-                trajectory.save(self._places[file])
+            place = self._places[file]
+            if place == streamed:
+                trajectory.tell_origin(place, results, self._seen_from(place))
+            else:
+                results.save(place, self._seen_from(place))
         return list(self.outputs)
+
+    def _seen_from(self, place: Path) -> Origin | None:
+        """The origin, with the folder where the command runs as the file's own folder sees it."""
+        if self.origin is None:
+            return None
+        try:
+            folder = os.path.relpath(self.origin.folder, place.parent)
+        except ValueError:  # on another drive
+            folder = self.origin.folder
+        return replace(self.origin, folder=Path(folder).as_posix())
 
 
 def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:

@@ -35,6 +35,7 @@ from .common import (
     seconds,
 )
 from .kept import closing
+from .provenance import origin
 from .reference import driven, read_reference_option
 from .rescue import Rescue
 from .results import Files
@@ -99,7 +100,7 @@ def command(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(metavar="FILE", help="write the results to this .csv, .mat or .parquet; again for another"),
+        typer.Option(metavar="FILE", help="write the results to this .csv, .mat, .parquet or .mf4; again for another"),
     ] = None,
     select: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only; * and ? are wild: 'gyro.*'")
@@ -112,13 +113,14 @@ def command(
     every: Annotated[str | None, typer.Option(metavar="TIME", help="simulated time between checkpoints; 10 s otherwise")] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,
     inputs: Annotated[
-        list[Path] | None, typer.Option("--input", metavar="FILE", help="a .csv file of time series that open inputs follow")
+        list[Path] | None, typer.Option("--input", metavar="FILE", help="time series that open inputs follow: a .csv, or results")
     ] = None,
     scenario: Annotated[
         Path | None, typer.Option(metavar="FILE", help="a .toml file of what happens when: values set, connections that fail")
     ] = None,
     reference: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="compare with the results in this .csv file; exit code 1 if they differ")
+        Path | None,
+        typer.Option(metavar="FILE", help="compare with the results in this file; exit code 1 if they differ"),
     ] = None,
     tolerance_band: Annotated[
         str | None,
@@ -159,7 +161,9 @@ def command(
         needs(option, value, "--robust", robust)
     if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
-    files = Files(tuple(output or ()), plot)
+    own = (*(output or ()), *filter(None, [plot, checkpoint, resume]))
+    where_from = origin(plan, written=own) if output or as_json else None
+    files = Files(tuple(output or ()), plot, where_from)
     files.check()
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
@@ -218,6 +222,8 @@ def command(
                 except RunError as error:  # the run itself stands
                     uncertified = f"no certificate: over shorter steps {error}"
         told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
+        if where_from is not None:
+            told["origin"] = where_from.document()
         lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
         if how is not None:
             told["adaptive"] = {"tolerance": how.tolerance, "estimate": how.estimate, "meaning": how.meaning}

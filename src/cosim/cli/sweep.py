@@ -23,6 +23,7 @@ from .common import (
     seconds,
     tell,
 )
+from .provenance import origin
 from .settings import gyro_of, read_settings, words
 
 
@@ -96,7 +97,7 @@ def command(
         return {
             "system": plan.name, "file": str(file), "status": outcome.status, "runs": outcome.runs, "before": outcome.before,
             "done": outcome.done, "failed": outcome.failed, "seconds": outcome.seconds, "workers": outcome.workers,
-            "busy": finite(outcome.busy), "way": outcome.way,
+            "busy": finite(outcome.busy), "way": outcome.way, "origin": origin(plan, written=[file]).document(),
         }  # fmt: skip
 
     where = f"on {scheduler}" if scheduler else f"on {outcome.workers} worker(s), {outcome.busy:.0%} of their time in runs"

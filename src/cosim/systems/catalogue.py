@@ -8,6 +8,7 @@ import hashlib
 import os
 import platform
 import tempfile
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata, resources, util
@@ -185,15 +186,23 @@ def _is_ours(spec: str) -> bool:
     return _module(spec).startswith("gyro_cosim.")
 
 
-def fingerprint(spec: str, made: Any) -> str:
+def decided_by(spec: str) -> str:
+    """A hash of what decides on a component of the catalogue, and on its FMU, whatever the machine and its tools."""
+    spec = resolve(spec)
+    return fingerprint(spec, None if _is_ours(spec) else component(spec), ())
+
+
+def fingerprint(spec: str, made: Any, tools: Sequence[Any] | None = None) -> str:
     """A hash of all that decides on the FMU of `spec`: the model, the contract's and the exporter's sources, tools, machine.
 
     The model is the sources of its folder where it is ours, for they are read faster than it is made. Anyone else's may come
     from anywhere, and so the component `made` of it is hashed: its table, its functions, its equations.
+    tools : in the place of this machine's.
     """
     (entry, *_) = entries("exporters")
     packages = ["gyro_cosim.component", entry.module, *([] if made is not None else [_module(spec).rpartition(".")[0]])]
-    tools = (metadata.version("casadi"), metadata.version("gyro-cosim"), platform.platform(), os.environ.get("CC"))
+    if tools is None:
+        tools = (metadata.version("casadi"), metadata.version("gyro-cosim"), platform.platform(), os.environ.get("CC"))
     digest = hashlib.sha256(repr((spec, None if made is None else _content(made), tools)).encode())
     for package in packages:
         place = util.find_spec(package)

@@ -1,4 +1,4 @@
-"""Time series of a .csv file as the inputs of a system.
+"""Time series of a file as the inputs of a system: of a .csv, or of results in another format.
 
     time,vehicle.speed [km/h],brake.on
     0,36,0
@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from gyro_cosim.component.units import unit
+
+from ..trajectory import FORMATS, read_results
 
 __all__ = ["InputSeries", "read_table"]
 
@@ -60,7 +62,7 @@ class InputSeries:
 
 
 def read_inputs(file: str | Path) -> tuple[InputSeries, ...]:
-    """The series in a .csv file; ValueError names file, line and rule."""
+    """The series in a file; ValueError names file, line and rule."""
     where = f"input file {str(file)!r}"
     t, names, units, values = read_table(file, where)
     if not names:
@@ -71,8 +73,14 @@ def read_inputs(file: str | Path) -> tuple[InputSeries, ...]:
 def read_table(file: str | Path, where: str) -> tuple[np.ndarray, list[str], list[str], np.ndarray]:
     """Times (s), names, units (empty where none is stated) and values, shape (n, m), of a .csv file whose first column is time.
 
-    where : what the file is, for messages. Commas separate, or semicolons.
+    where : what the file is, for messages. Commas separate, or semicolons. A .mat, .parquet or .mf4 is read as results are.
     """
+    if Path(file).suffix in FORMATS[1:]:
+        try:
+            told = read_results(file)
+        except (ValueError, OSError) as error:
+            raise ValueError(f"{where} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        return told.t, list(told.names), list(told.units), told.values
     try:
         text = Path(file).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

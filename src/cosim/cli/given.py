@@ -1,0 +1,24 @@
+"""What the command line was: kept here while a command runs, for its results to tell."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+__all__ = ["arguments", "of_command"]
+
+_arguments: ContextVar[tuple[str, ...]] = ContextVar("arguments", default=())
+
+
+@contextmanager
+def of_command(given: Sequence[str]) -> Iterator[None]:
+    """While it lasts, the command is `cosim` with these arguments."""
+    token = _arguments.set(tuple(given))
+    try:
+        yield
+    finally:
+        _arguments.reset(token)
+
+
+def arguments() -> tuple[str, ...]:
+    """Those of the present command; none where it was not called as one."""
+    return _arguments.get()

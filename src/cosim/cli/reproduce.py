@@ -1,0 +1,117 @@
+"""cosim reproduce: run the command that made a file of results again, and compare bit by bit."""
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import RunError
+from ..trajectory import Origin, Trajectory, read_with_origin
+from ..trajectory.sameness import Difference, first_difference
+from .common import AsJson, say, tell
+from .provenance import hash_of_file, hash_of_source, versions
+
+# Options of `run` that decide on no number of its results, with how many words belong to each besides.
+WITHOUT_EFFECT = {
+    "--output": 1, "--plot": 1, "--checkpoint": 1, "--every": 1, "--resume": 1, "--json": 0, "--realtime": 0, "--overrun": 1,
+    "--priority": 1, "--reference": 1, "--tolerance-band": 1, "--certify": 0, "--robust": 0, "--starts": 1, "--within": 1,
+    "--seed": 1, "--integrator-steps": 1,
+}  # fmt: skip
+
+
+def command(
+    file: Annotated[Path, typer.Argument(metavar="RESULT", help="a .csv, .mat, .parquet or .mf4 that cosim run has written")],
+    as_json: AsJson = False,
+) -> int:
+    """Run the command that made RESULT again, with what is installed now, and compare the results bit by bit.
+
+    What has changed since, versions and files, is told before. Exit code 1 unless every bit is the same: the first signal and
+    time that differ are named. The command runs in the folder where it ran then, as seen from RESULT.
+    """
+    before, origin = read_with_origin(file)
+    if origin is None:
+        raise ValueError(f"{str(file)!r} must say where it comes from: cosim run writes FILE.origin.json beside .csv and .mat")
+    if origin.command[:1] != ("run",):
+        said = " ".join(origin.command) or "no command"
+        raise ValueError(f"{str(file)!r} must come from cosim run to be run again, it comes from {said!r}")
+    folder = (file.resolve().parent / origin.folder).resolve()
+    if not folder.is_dir():
+        raise ValueError(f"{str(file)!r}: the folder where its command ran must exist, {str(folder)!r} does not")
+    arguments = [*_deciding(origin.command)]
+    changed = [*_changed(origin, folder)]
+    tell(changed)
+    after = _run_again(arguments, folder, file.suffix)
+    different = first_difference(before, after)
+    told = document(file, arguments, changed, before, different)
+    say(as_json, lambda: told, f"cosim {' '.join(arguments)}", _words(before, different))
+    return 0 if different is None else 1
+
+
+def document(
+    file: Path, arguments: Sequence[str], changed: Sequence[str], before: Trajectory, different: Difference | None
+) -> dict[str, Any]:
+    """The answer as JSON holds it."""
+    return {
+        "file": str(file), "command": list(arguments), "changed": list(changed), "same": different is None,
+        "points": len(before), "signals": len(before.names),
+        "difference": None if different is None else vars(different),
+    }  # fmt: skip
+
+
+def _words(before: Trajectory, different: Difference | None) -> str:
+    if different is None:
+        return f"the same, bit by bit: {len(before)} points of {len(before.names)} signals"
+    return f"not the same: {different}"
+
+
+def _deciding(command: Sequence[str]) -> Iterator[str]:
+    """The words of a command that decide on its results."""
+    left = 0
+    for word in command:
+        if left:
+            left -= 1
+            continue
+        option, equals, _ = word.partition("=")
+        if option in WITHOUT_EFFECT:
+            left = 0 if equals else WITHOUT_EFFECT[option]
+            continue
+        yield word
+
+
+def _changed(origin: Origin, folder: Path) -> Iterator[str]:
+    """What is not as it was when the results were made."""
+    own = versions()
+    for name, version in origin.versions.items():
+        if own.get(name, "none") != version:
+            yield f"{name} was {version}, is {own.get(name, 'none')}"
+    with contextlib.chdir(folder):
+        yield from _changed_files(origin.hashes)
+
+
+def _changed_files(hashes: Mapping[str, str]) -> Iterator[str]:
+    for name, digest in hashes.items():
+        place = name.partition("#")[0]
+        try:
+            present = hash_of_file(name) if Path(place).is_file() else hash_of_source(name)
+        except (ValueError, OSError) as error:
+            yield f"{name} cannot be had any more: {error}"
+            continue
+        if present != digest:
+            yield f"{name} has changed"
+
+
+def _run_again(arguments: Sequence[str], folder: Path, suffix: str) -> Trajectory:
+    """The results of `cosim` with these arguments, in a process of its own, into a file of the same format."""
+    with tempfile.TemporaryDirectory(prefix="cosim-reproduce-") as scratch:
+        result = Path(scratch) / f"again{suffix}"
+        call = [sys.executable, "-P", "-m", "gyro_cosim", *arguments, "--output", str(result)]
+        done = subprocess.run(call, cwd=folder, stdout=subprocess.DEVNULL, stderr=None, env=os.environ, check=False)
+        if not result.is_file():
+            raise RunError(f"the command must give results again, it left with exit code {done.returncode} and none")
+        return read_with_origin(result)[0]
