@@ -186,15 +186,18 @@ def follower(folder: Path, version: int, *, says: str = "stated") -> Path:
     return written(file, text, f"binaries/{place}/follower{host().suffix}", library("follower.c"))
 
 
-def ball(folder: Path, *, events: bool = True, clock: bool = False, smooth: bool = False) -> Path:
+def ball(folder: Path, *, events: bool = True, clock: bool = False, smooth: bool = False, refuses: bool = False) -> Path:
     """FMI 3.0: a bouncing ball with event mode, or one that deals with its events itself; see c/ball3.c.
 
-    smooth : it shows h and v only, none of its integers.
+    smooth : it shows h and v only, none of its integers. refuses : it is not instantiated with the event mode that it has.
     """
     tick = '<Clock name="clock" valueReference="11" causality="input" intervalVariability="triggered"/>' if clock else ""
     text = BALL.replace("@EVENTS@", str(events).lower()).replace("@CLOCK@", tick)
     if smooth:
         text = re.sub(r' *<(Int32 name="(kick|impacts|ticks)"|(Output|InitialUnknown) valueReference="(9|10)").*?/>', "", text)
+    if refuses:
+        place = f"binaries/{host().name}/ball{host().suffix}"
+        return written(folder / "ball_refuses.fmu", text, place, library("ball3.c", "-DREFUSES"))
     file = folder / f"ball{'' if events else '_alone'}{'_clock' if clock else ''}{'_smooth' if smooth else ''}.fmu"
     return written(file, text, f"binaries/{host().name}/ball{host().suffix}", library("ball3.c"))
 
@@ -219,7 +222,7 @@ def written(file: Path, description: str, place: str, library: bytes) -> Path:
 
 
 @cache
-def library(source: str) -> bytes:
+def library(source: str, flags: str = "") -> bytes:
     """A file of c/ compiled for this machine."""
     spec = importlib.util.find_spec("fmpy")
     assert spec is not None
@@ -228,5 +231,5 @@ def library(source: str) -> bytes:
         for header in (Path(spec.submodule_search_locations[0]) / "c-code").glob("fmi*.h"):
             shutil.copy(header, scratch)
         shutil.copy(Path(__file__).parent / "c" / source, scratch)
-        (found,) = compile_libraries(Path(scratch), {source: "-O1"}, "small", {host(): True}).values()
+        (found,) = compile_libraries(Path(scratch), {source: "-O1"}, "small", {host(): True}, options=flags.split()).values()
     return found

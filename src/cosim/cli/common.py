@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, overload
 
@@ -61,6 +62,10 @@ AlgorithmName = Annotated[str, typer.Option("--algorithm", metavar="NAME", help=
 Degree = Annotated[int, typer.Option("--degree", "--order", metavar="K", help="degree of the input extrapolation: 0, 1 or 2")]
 Degrees = Annotated[str, typer.Option("--degree", "--order", metavar="K,...", help="degrees of the input extrapolation")]
 InProcess = Annotated[bool, typer.Option("--in-process", help="run the components in this process instead of as FMUs")]
+Tolerance = Annotated[
+    float | None,
+    typer.Option("--tolerance", metavar="TOL", help="relative tolerance that every FMU is told; its own description's otherwise"),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output")]
 
 
@@ -72,13 +77,18 @@ def is_system(name: str) -> bool:
 def chosen_system(
     name: str | System, gyro: str | None = None, values: Sequence[str] | None = None, *, vehicle: str | None = None,
     swaps: Sequence[str] | None = None, params: Path | None = None, exchanged: Sequence[str] | None = None,
+    tolerance: float | None = None,
 ) -> System:  # fmt: skip
-    """The system called `name` with --vehicle, --gyro, --swap, --params, --set and --model-exchange applied, in this order."""
+    """The system called `name` with --vehicle, --gyro, --swap, --params, --set and the others applied, in this order."""
     plan = named_system(name) if isinstance(name, str) else name
     plan = applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
     for component in exchanged or ():
         plan = plan.with_implementation(component, "ModelExchange")
-    return plan
+    if tolerance is None:
+        return plan
+    if not 0.0 < tolerance < float("inf"):
+        raise ValueError(f"--tolerance must be positive, got {tolerance:g}")
+    return replace(plan, tolerance=tolerance)
 
 
 def tell(notes: Sequence[str]) -> None:

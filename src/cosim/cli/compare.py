@@ -17,6 +17,7 @@ from .common import (
     Parameters,
     Swaps,
     SystemName,
+    Tolerance,
     Values,
     Vehicle,
     chosen_system,
@@ -59,6 +60,7 @@ def command(
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of the runs")] = None,
     algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
+    tolerance: Tolerance = None,
     in_process: InProcess = False,
     robust: Annotated[
         bool, typer.Option("--robust", help="compare again with half the steps, other starts, another form of the model")
@@ -81,7 +83,7 @@ def command(
     from .. import figures
     from ..comparison.tolerances import read as read_tolerances
 
-    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
     tell(plan.notes)
     chosen = read_settings(set_ or (), plan)
     component, variants = _exchanged(chosen, component, variants or [])

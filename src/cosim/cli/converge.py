@@ -16,6 +16,7 @@ from .common import (
     Parameters,
     Swaps,
     SystemName,
+    Tolerance,
     Values,
     Vehicle,
     chosen_system,
@@ -47,6 +48,7 @@ def command(
         str, typer.Option("--algorithm", metavar="A,B,...", help="coupling algorithms of cosim list")
     ] = "jacobi,gauss-seidel",
     degree: Degrees = "0,1,2",
+    tolerance: Tolerance = None,
     in_process: InProcess = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw errors over steps, e.g. into a .png file")] = None,
     as_json: AsJson = False,
@@ -58,7 +60,9 @@ def command(
     from .. import figures
     from ..accuracy.convergence import converge
 
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
+    plan = chosen_system(
+        system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance
+    )
     tell(plan.notes)
     coarsest = seconds(step, "--step", 32 * plan.step)
     if not coarsest > 0.0:

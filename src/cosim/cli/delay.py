@@ -19,6 +19,7 @@ from .common import (
     Parameters,
     Swaps,
     SystemName,
+    Tolerance,
     Values,
     Vehicle,
     chosen_system,
@@ -51,6 +52,7 @@ def command(
     longest: Annotated[str, typer.Option(metavar="TIME", help="longest delay that is tried")] = "0.5 s",
     algorithm_: AlgorithmName = "jacobi",
     degree: Degree = 1,
+    tolerance: Tolerance = None,
     fmus: Annotated[bool, typer.Option("--fmus", help="run the components as FMUs")] = False,
     across: Annotated[
         str | None,
@@ -73,7 +75,7 @@ def command(
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
     writable(plot, figures.check_format)
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
     tell(plan.notes)
     setting = DelayStudy(
         plan, seconds(step, "--step", 10 * plan.step), seconds(stop, "--stop", 20.0), component=component,

@@ -24,6 +24,7 @@ from .common import (
     Parameters,
     Swaps,
     SystemName,
+    Tolerance,
     Values,
     Vehicle,
     chosen_system,
@@ -87,6 +88,7 @@ def command(
         typer.Option(metavar="COMPONENT.VARIABLE=TOL", help="how far a start of --robust may be away: vehicle.angle=1mrad"),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
+    tolerance: Tolerance = None,
     in_process: InProcess = False,
     isolate: Annotated[bool, typer.Option("--isolate", help=ISOLATE)] = False,
     realtime: Annotated[
@@ -136,7 +138,9 @@ def command(
     from ..master.adaptive import Adaptive
     from ..master.checkpoint import Checkpoint, Resume
 
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange)
+    plan = chosen_system(
+        system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance
+    )
     plan = driven(plan, inputs, scenario)
     chosen = algorithm(algorithm_, degree, words(sequence))
     h, end = seconds(step, "--step", plan.step), seconds(stop, "--stop", plan.stop)

@@ -13,6 +13,7 @@ from .common import (
     Parameters,
     Swaps,
     SystemName,
+    Tolerance,
     Vehicle,
     chosen_system,
     degrees,
@@ -48,6 +49,7 @@ def command(
     degree: Degrees = "1",
     steps: Annotated[str | None, typer.Option("--step", metavar="H,...", help="macro steps, such as 1ms,2ms")] = None,
     stop: Annotated[str | None, typer.Option(metavar="TIME", help="end of every run")] = None,
+    tolerance: Tolerance = None,
     samples: Annotated[int | None, typer.Option("--lhs", metavar="N", help="sample the ranges by a Latin hypercube")] = None,
     seed: Annotated[int | None, typer.Option(metavar="S", help="seed of the Latin hypercube; 0 otherwise")] = None,
     signals: Annotated[
@@ -75,7 +77,7 @@ def command(
     """
     from ..sweeps import Sweep, sweep
 
-    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
     tell(plan.notes)
     needs("--seed", seed, "--lhs", samples is not None)
     if scheduler is not None and workers is not None:

@@ -135,6 +135,12 @@ def can_restore(network: Network) -> bool:
     return all(restorable(slave) is not None for slave in network.slaves)
 
 
+def best_order(network: Network) -> int:
+    """The order of accuracy that the input degrees of the slaves allow, see network.projected."""
+    degrees = [slave.description.input_degree for i, slave in enumerate(network.slaves) if network.wires(i)]
+    return 2 + min(degrees, default=MAX_DEGREE)
+
+
 def require_restore(network: Network, what: str) -> list[Restorable]:
     """The slaves, all of which can go back; ValueError names the first that cannot."""
     slaves = []

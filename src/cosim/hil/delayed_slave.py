@@ -8,13 +8,14 @@ import numpy as np
 
 from gyro_cosim.component.variables import BALANCE
 
-from ..slaves.base import Counting, Counts, Restorable, Slave, counts, restorable
+from ..slaves.base import Counting, Counts, Promised, Restorable, Slave, counts, restorable
+from ..slaves.usage import Usage, promise
 from .compensation import Compensator, Filter, PassivityController, Uncompensated, delay_taps
 
 __all__ = ["DelayedSlave"]
 
 
-class DelayedSlave(Restorable, Counting):
+class DelayedSlave(Restorable, Counting, Promised):
     """A slave whose efforts arrive late; the other outputs (energies, angles) stay as they are.
 
     Parameters
@@ -62,6 +63,16 @@ class DelayedSlave(Restorable, Counting):
         if model is not None:
             names = [signal.name for signal in model.outputs]
             self._model_rows = np.array([names.index(slave.outputs[row].name) for row in self._rows], dtype=int)
+
+    def promise(self, usage: Usage, values: Mapping[str, Any], t: float, stop: float) -> tuple[str, ...]:
+        told = promise(self._slave, usage, values, t, stop)
+        if self._model is not None:
+            own = {n: v for n, v in values.items() if n in self._model.description.settable}
+            promise(self._model, usage, own, t, stop)
+        degree = self._slave.description.input_degree
+        self._inside = [restorable(one) for one in (self._slave, self._model) if one is not None]
+        self.description = replace(self.description, input_degree=degree, can_restore=None not in self._inside)
+        return told
 
     def begin(self, values: Mapping[str, Any], t: float, stop: float) -> None:
         self._slave.begin(values, t, stop)

@@ -107,7 +107,7 @@ class FastLoop:
                 finish = ctypes.cast(callback, ctypes.c_void_p).value or 0
             self._plan.slaves[i] = (
                 fmu.instance, fmu.set_real, fmu.get_real, fmu.do_step, fmu.set_derivatives, u_refs, y_refs, du_refs, du_orders,
-                fmu.no_set_state, len(places), mine.size, n_polled, sum(map(len, outputs[:i])), bool((np.diff(mine) == 1).all()),
+                1, len(places), mine.size, n_polled, sum(map(len, outputs[:i])), bool((np.diff(mine) == 1).all()),
                 first[i], slave.description.input_degree, bool(feeds.any()), bool(feeds[:n_polled].any()), fmu.version,
                 told[i].ctypes.data, finish,
             )  # fmt: skip

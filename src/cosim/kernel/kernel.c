@@ -180,7 +180,7 @@ static int advance(const Plan *p, const Data *d, int64_t i, double t, double h) 
         status = ((Step3 *)(intptr_t)s->do_step)((void *)(intptr_t)s->instance, t, h, s->no_set_state != 0, (_Bool *)told,
                                                  (_Bool *)(told + 1), (_Bool *)(told + 2), reached);
         const int shortened = fabs(*reached - (t + h)) > 1e-9 * (h + fabs(t));
-        if (status <= 1 && (shortened || told[0] + told[1] + told[2] > 0)) status = ((Finish *)(intptr_t)s->finish)(t, h, 1);
+        if ((unsigned)status <= 1 && (shortened || told[0] + told[1] + told[2] > 0)) status = ((Finish *)(intptr_t)s->finish)(t, h, 1);
     }
     return !failed(d, i, DO_STEP, status);
 }

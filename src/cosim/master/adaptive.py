@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from ..coupling import Algorithm, History, Memory, Nepce, Step
-from ..coupling.base import Saved, require_restore, save_all
+from ..coupling.base import Saved, best_order, require_restore, save_all
 from ..coupling.iterated import Repeated
 from ..errors import ConvergenceError
 from ..network import Network
@@ -84,6 +84,7 @@ class Controller:
                 f"the energy estimate sees no error of {algorithm.name!r}, whose inputs agree with the outputs at the end"
             )
         self._how, self._network, self._algorithm, self._stop = how, network, algorithm, stop
+        self._order = min(algorithm.order, best_order(network))
         self._next = min(step, how.largest)
         self._size = np.zeros(len(network.coupled))
         self._power = 0.0
@@ -102,7 +103,7 @@ class Controller:
                 h = left if self._next > left * (1 - 1e-9) else min(self._next, left / 2 if self._next > left / 2 else self._next)
                 end = stop if h == left else t + h
                 steps, error = estimate(history, h, end, before, memory)
-                factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1 / (self._algorithm.order + 1))))
+                factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1 / (self._order + 1))))
                 self._next = min(h * factor, self._how.largest)
                 if error <= 1.0:
                     length, after, step = steps[0]
@@ -127,7 +128,7 @@ class Controller:
         first = replace(first, passes=whole.passes + first.passes)
         self._size = np.maximum(self._size, np.maximum(np.abs(second.Y[coupled]), np.abs(history.Y[0][coupled])))
         difference = np.abs(second.Y - whole.Y)[coupled] / np.where(self._size > 0.0, self._size, 1.0)
-        error = float(np.max(difference, initial=0.0)) / (2**self._algorithm.order - 1) / self._how.tolerance
+        error = float(np.max(difference, initial=0.0)) / (2**self._order - 1) / self._how.tolerance
         return [(h / 2, middle, first), (h / 2, end, second)], error
 
     def _weighed(self, history: History, h: float, end: float, before: Saved, memory: Memory) -> tuple[list[Taken], float]:

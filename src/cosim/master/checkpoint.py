@@ -25,7 +25,7 @@ def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_na
     parts = [(p.name, Path(p.source).name, sorted((k, str(v)) for k, v in p.values.items())) for p in system.components]
     wires = [(c.start, c.end) for c in system.connections]
     series = [(s.target, s.unit, hashlib.sha256(s.t.tobytes() + s.values.tobytes()).hexdigest()) for s in system.inputs]
-    driven = [series, repr(system.scenario.events) if system.scenario else ""]
+    driven = [series, repr(system.scenario.events) if system.scenario else "", system.tolerance]
     told = json.dumps(
         [FORMAT, system.name, parts, wires, repr(algorithm), network.start, step, network.substeps, recorder_names, driven]
     )

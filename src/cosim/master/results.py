@@ -73,7 +73,8 @@ class Run:
     without_kernel : str
         Why the inner loop ran as Python runs it although it was worth compiling; empty where it did not.
     notes : tuple of str
-        What a reader should be told: what a file says and was not followed, what was given and not used.
+        What a reader should be told: what a file says and was not followed, what was given and not used, what a component
+        cannot do and how the run did without.
     """
 
     system: System

@@ -245,7 +245,7 @@ class Running:
             start=self._start,
             events={name: c.events for name, c in counts.items() if c.events is not None},
             without_kernel=self.stepper.without_kernel,
-            notes=network.notes,
+            notes=(*network.notes, *self.stepper.notes),
             happened=self.stepper.happened,
             warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
         )

@@ -24,6 +24,7 @@ from .recording import Recorder, Recording
 from .script import Happened, Script
 from .state import RunState
 from .time_grid import TimeGrid
+from .usage import told
 from .ways import MOST_POINTS, Adapting, Inner, Plain, Rows, Way
 
 _log = logging.getLogger(__name__)
@@ -58,13 +59,15 @@ class Options:
 class Stepper:
     """Takes a run from its start to its end.
 
-    state : how far it is, see RunState. without_kernel : why the compiled kernel cannot be had, where it was wanted.
+    state : how far it is, see RunState. notes : what slaves cannot do, and how the run does without.
+    without_kernel : why the compiled kernel cannot be had, where it was wanted.
     """
 
     def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> None:
         self._network, self._algorithm, self._grid, self._options = network, algorithm, grid, options
         self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
         self._script = Script(network, grid, adaptive=options.adaptive is not None) if network.driving else None
+        self.notes = told(network, algorithm, grid, options)
         Y = network.initialize(grid.start, grid.stop)
         self._recorder = Recorder(options.record, network, grid.n)
         self._meter = EnergyMeter(network)

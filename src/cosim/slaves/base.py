@@ -2,7 +2,8 @@
 
 Every slave is called in this order, and in no other:
 
-    1. `description` may be read at any time from the constructor on.
+    1. `description` may be read at any time from the constructor on. A slave that is `Promised` is told before `begin` how the
+       run will use it, and may then say that it can do less.
     2. `begin` starts a run and enters initialization mode.
     3. `output` may now be asked again and again, until the inputs and outputs of all slaves agree.
     4. `finish` leaves initialization mode.
@@ -15,15 +16,20 @@ Every slave is called in this order, and in no other:
 After an exception of its own a slave is broken: only 7 may follow. EndRequest is no failure; `output` may be asked once more.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .description import SlaveDescription
 from .signal import Signal, Text, Value
+
+if TYPE_CHECKING:
+    from .usage import Usage
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +100,14 @@ class Slave(ABC):
     @abstractmethod
     def close(self) -> None:
         """Free everything; the slave is of no use afterwards."""
+
+
+class Promised(Slave):
+    """A slave that is told how a run will use it; tell it with usage.promise()."""
+
+    @abstractmethod
+    def promise(self, usage: Usage, values: Mapping[str, Value], t: float, stop: float) -> tuple[str, ...]:
+        """See usage.promise(); called before begin()."""
 
 
 class Restorable(Slave):

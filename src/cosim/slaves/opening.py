@@ -23,7 +23,8 @@ def open_slave(
     """The slave `name` for a source: an FMU file, a unit elsewhere, or a catalogue name whose FMU is built when it is needed.
 
     With `in_process` a component of the catalogue runs in this process instead; an FMU file stays an FMU.
-    With `isolate` an FMU runs in a process of its own, and cannot take this one down.
+    With `isolate` an FMU runs in a process of its own, and cannot take this one down. So does one of which a process can hold
+    one instance only, from the second on.
     cache : the FMUs that are open already, so that slaves of the same file share one copy.
     values : what it will be given at the start; structural parameters must be known here, for the sizes of arrays.
     implementation : "CoSimulation" or "ModelExchange", by which an FMU shall run; else Co-Simulation where it offers that.
@@ -44,7 +45,7 @@ def open_slave(
 
     cache = cache or FmuCache()
     location = cache.location(source)
-    if isolate:
+    if isolate or cache.occupied(location, implementation):
         from .processes.isolated import IsolatedSlave
 
         sizes: Mapping[str, Given] = {}
@@ -53,7 +54,8 @@ def open_slave(
             from .fmi.structure import structural
 
             sizes = structural(load(location), name, values)
-        return IsolatedSlave(name, location, implementation=implementation, sizes=sizes)
+        alone = "" if isolate else f"component {name!r} runs in a process of its own: a process can hold its FMU once only"
+        return IsolatedSlave(name, location, implementation=implementation, sizes=sizes, note=alone)
     return open_fmu(name, location, cache, implementation, values)
 
 

@@ -209,6 +209,8 @@ class Sweep:
         }
         if system.start:
             base["start"] = system.start
+        if system.tolerance is not None:
+            base["tolerance"] = system.tolerance
         if self.measure is not None:
             base["measure"] = self.measure.identity
             units |= {column: unit for column, unit in self.measure.columns.items() if unit}

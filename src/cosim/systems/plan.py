@@ -40,13 +40,15 @@ class System:
         What open inputs follow.
     scenario : Scenario or None
         What happens during a run by plan.
+    tolerance : float or None
+        The relative tolerance that every FMU is told; None: that of its own description, where it has one.
 
     Raises
     ------
     WiringError
         Where names are not there or stand twice, or an input has two sources.
     ValueError
-        Where `exchange` names no component.
+        Where `exchange` names no component, or the tolerance is not positive.
     """
 
     name: str
@@ -62,9 +64,12 @@ class System:
     notes: tuple[str, ...] = ()
     inputs: tuple[InputSeries, ...] = ()
     scenario: Scenario | None = None
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse names that are not there or stand twice, and inputs with two sources."""
+        if self.tolerance is not None and not 0.0 < self.tolerance < float("inf"):
+            raise ValueError(f"system {self.name!r}: the tolerance must be positive, got {self.tolerance!r}")
         names = Counter(component.name for component in self.components)
         for name, times in names.items():
             if times > 1:

@@ -76,7 +76,7 @@ static Status step_component(System *m, int i, const double *C, double t, double
                                                       m->du_orders + 2 * first, slope));
         if (status != OK) return status;
     }
-    return judged(m, i, "DoStep", c->f->DoStep(c->instance, t, h, !c->data->restores));
+    return judged(m, i, "DoStep", c->f->DoStep(c->instance, t, h, m->no_set_state));
 }
 
 static Status step_all(System *m, const double *C, double t, double h) {

@@ -36,7 +36,7 @@ typedef struct {
     int stop_defined, curved, answered; /* whether the inputs change within the step; the worst status of giving them */
     double u[AT_LEAST_ONE(MOST_WIRES)], du[AT_LEAST_ONE(MOST_WIRES)], ddu[AT_LEAST_ONE(MOST_WIRES)];
     double now[AT_LEAST_ONE(MOST_WIRES)];
-    fmi3Boolean event, ended, early;
+    fmi3Boolean event, ended, early, no_set_state;
     double reached;
 } Fmu3;
 
@@ -85,31 +85,30 @@ static int leave_event_mode(Fmu3 *c) {
     int settled = 0;
     for (int k = 0; k < UPDATES && !settled; k++) {
         const int status = (int)c->UpdateDiscreteStates(c->instance, &more, &ends, &ignored, &ignored, &defined, &due);
-        if (status > WARNING) return status;
+        if (!GOOD(status)) return status;
         c->note.ends |= ends;
         settled = ends || !more;
     }
     const int status = (int)c->EnterStepMode(c->instance);
-    if (status > WARNING) return status;
+    if (!GOOD(status)) return status;
     c->note.due = defined ? due : HUGE_VAL;
     return settled ? OK : says(c, "the discrete states must settle, they do not");
 }
 
 static int handle_event(Fmu3 *c, double s) {
     int status = (int)c->EnterEventMode(c->instance);
-    if (status <= WARNING) status = set_at(c, s);
+    if (GOOD(status)) status = set_at(c, s);
     c->note.events++;
-    return status <= WARNING ? leave_event_mode(c) : status;
+    return GOOD(status) ? leave_event_mode(c) : status;
 }
 
 /* fmi3DoStep, and what it has answered. */
 static int advance_3(Fmu3 *c, double t, double h) {
     const int with_events = c->component->data->event_mode;
     c->reached = t + h, c->event = c->ended = c->early = 0;
-    const fmi3Boolean no_set = !c->component->data->restores;
-    const int status = (int)c->DoStep(c->instance, t, h, no_set, &c->event, &c->ended, &c->early, &c->reached);
-    if (status > WARNING) return status;
-    if (c->answered > WARNING) return c->answered;
+    const int status = (int)c->DoStep(c->instance, t, h, c->no_set_state, &c->event, &c->ended, &c->early, &c->reached);
+    if (!GOOD(status)) return status;
+    if (!GOOD(c->answered)) return c->answered;
     const int is_short = fabs(c->reached - (t + h)) > 1e-9 * (h + fabs(t));
     if (c->ended) {
         c->note.ends = 1;
@@ -124,8 +123,7 @@ static fmi2Status step_3(fmi2Component it, fmi2Real t, fmi2Real h, fmi2Boolean n
     const double end = t + h, close = 1e-9 * h + 4 * DBL_EPSILON * fabs(end);
     double now = t;
     int status, stuck = 0;
-    (void)no_set_state;
-    c->t = t, c->answered = OK;
+    c->t = t, c->answered = OK, c->no_set_state = no_set_state != 0;
     if (c->note.ends) return fmi2Discard;
     if (!c->component->data->event_mode) {
         status = advance_3(c, t, h);
@@ -143,7 +141,7 @@ static fmi2Status step_3(fmi2Component it, fmi2Real t, fmi2Real h, fmi2Boolean n
         }
         if (c->event || c->note.due <= now + close) status = handle_event(c, now - t), c->event = 0;
         else status = end - now > close ? set_at(c, now - t) : OK; /* it came back for another reason */
-        if (status > WARNING) return (fmi2Status)status;
+        if (!GOOD(status)) return (fmi2Status)status;
         if (c->note.ends && end - now > close) return fmi2Discard;
         if (stuck > STUCK) return (fmi2Status)says(c, "the FMU must get on, it stays at one time");
     }
@@ -184,7 +182,7 @@ static int is_wide(const Fmu3 *c, fmi3ValueReference reference) {
 static fmi2Status get_integer_3(fmi2Component it, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]) {
     Fmu3 *c = it;
     int status = OK;
-    for (size_t k = 0; k < n && status <= WARNING; k++) {
+    for (size_t k = 0; k < n && GOOD(status); k++) {
         fmi3Int64 wide = 0;
         fmi3Int32 narrow = 0;
         if (is_wide(c, vr[k])) status = c->GetInt64 ? (int)c->GetInt64(c->instance, &vr[k], 1, &wide, 1) : ERROR;
@@ -197,7 +195,7 @@ static fmi2Status get_integer_3(fmi2Component it, const fmi2ValueReference vr[],
 static fmi2Status set_integer_3(fmi2Component it, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]) {
     Fmu3 *c = it;
     int status = OK;
-    for (size_t k = 0; k < n && status <= WARNING; k++) {
+    for (size_t k = 0; k < n && GOOD(status); k++) {
         const fmi3Int64 wide = value[k];
         const fmi3Int32 narrow = value[k];
         if (is_wide(c, vr[k])) status = c->SetInt64 ? (int)c->SetInt64(c->instance, &vr[k], 1, &wide, 1) : ERROR;
@@ -209,7 +207,7 @@ static fmi2Status set_integer_3(fmi2Component it, const fmi2ValueReference vr[],
 static fmi2Status get_boolean_3(fmi2Component it, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]) {
     Fmu3 *c = it;
     int status = c->GetBoolean ? OK : ERROR;
-    for (size_t k = 0; k < n && status <= WARNING; k++) {
+    for (size_t k = 0; k < n && GOOD(status); k++) {
         fmi3Boolean one = 0;
         status = (int)c->GetBoolean(c->instance, &vr[k], 1, &one, 1);
         value[k] = one;
@@ -220,7 +218,7 @@ static fmi2Status get_boolean_3(fmi2Component it, const fmi2ValueReference vr[],
 static fmi2Status set_boolean_3(fmi2Component it, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]) {
     Fmu3 *c = it;
     int status = c->SetBoolean ? OK : ERROR;
-    for (size_t k = 0; k < n && status <= WARNING; k++) {
+    for (size_t k = 0; k < n && GOOD(status); k++) {
         const fmi3Boolean one = value[k] != 0;
         status = (int)c->SetBoolean(c->instance, &vr[k], 1, &one, 1);
     }

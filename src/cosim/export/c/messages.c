@@ -76,12 +76,13 @@ static void log_of_component(void *environment, const char *name, fmi2Status sta
 
 /* What to answer where component i has answered `status` to `function`; worse than a warning ends in a failed state. */
 static Status judged(System *m, int i, const char *function, int status) {
-    if (status <= WARNING) return OK;
+    if (GOOD(status)) return OK;
+    const Status known = status < 0 || status > FATAL ? ERROR : (Status)status;
     if (status >= FATAL) m->components[i].dead = 1;
-    tell(m, (Status)status, status == DISCARD ? LOG_DISCARD : LOG_ERROR, "%s: %s answered %s", COMPONENTS[i].name, function,
+    tell(m, known, status == DISCARD ? LOG_DISCARD : LOG_ERROR, "%s: %s answered %s", COMPONENTS[i].name, function,
          status == DISCARD ? "discard" : status >= FATAL ? "fatal" : "error");
     if (status != DISCARD) m->s.mode = FAILED;
-    return status > FATAL ? ERROR : (Status)status;
+    return known;
 }
 
 static char *joined_text(const char *a, const char *b, const char *c) {

@@ -24,7 +24,7 @@ static fmi2Status enter_3(fmi2Component it) {
 static fmi2Status exit_3(fmi2Component it) {
     Fmu3 *c = it;
     const int status = (int)c->ExitInitializationMode(c->instance);
-    return (fmi2Status)(status <= WARNING && c->component->data->event_mode ? leave_event_mode(c) : status);
+    return (fmi2Status)(GOOD(status) && c->component->data->event_mode ? leave_event_mode(c) : status);
 }
 
 static fmi2Status terminate_3(fmi2Component it) { return (fmi2Status)((Fmu3 *)it)->Terminate(((Fmu3 *)it)->instance); }

@@ -30,7 +30,6 @@ static void prepare_loop(System *m) {
             .y_refs = (int64_t)(intptr_t)(Y_REFERENCES + c->data->first_y),
             .du_refs = (int64_t)(intptr_t)(m->du_refs + 2 * first),
             .du_orders = (int64_t)(intptr_t)(m->du_orders + 2 * first),
-            .no_set_state = !c->data->restores,
             .n_u = n,
             .n_y = c->data->n_y,
             .n_polled = c->data->n_y,
@@ -72,6 +71,7 @@ static int64_t loop(System *m, int64_t n) {
         .spent = m->seconds_spent, .failure = m->failure, .n_Y = N_Y,
     };
     memset(m->failure, 0, sizeof m->failure);
+    for (int i = 0; i < N_COMPONENTS; i++) m->slaves[i].no_set_state = m->no_set_state;
     return march(&plan, &data, NULL, m->s.known - 1, n, 0);
 }
 

@@ -28,6 +28,7 @@
 #define DEGREES 3
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status; /* the same numbers as fmi2Status and fmi3Status */
+#define GOOD(status) ((unsigned)(status) <= WARNING) /* no number that FMI does not have is good */
 
 typedef enum { INSTANTIATED = 1, INITIALIZATION = 2, STEP = 4, STEP_FAILED = 8, TERMINATED = 16, FAILED = 32 } Mode;
 
@@ -157,6 +158,7 @@ struct System {
     int64_t jacobi_sequence[AT_LEAST_ONE(N_COMPONENTS)];
     double seconds_spent[AT_LEAST_ONE(N_COMPONENTS)];
     int64_t failure[3];
+    int no_set_state; /* what components are promised for a step: nobody goes back behind its begin */
     double seeds[N_VARIABLES + N_WIRES], rates[N_VARIABLES]; /* of directional derivatives */
     uint32_t seeded[N_VARIABLES + N_WIRES], asked[N_VARIABLES];
     /* used by the interfaces of FMI only */

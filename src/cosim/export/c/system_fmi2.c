@@ -181,7 +181,7 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReferenc
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set_state) {
     CHECK(STEP);
-    (void)no_set_state;
+    m->no_set_state = no_set_state != 0; /* what the importer promises is promised to every component */
     Status status = do_step(m, __func__, t, h);
     if (status == DISCARD) m->s.mode = STEP_FAILED;
     return (fmi2Status)status;

@@ -74,7 +74,7 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[]
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set_state, fmi3Boolean *event,
                       fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached) {
     CHECK(STEP);
-    (void)no_set_state;
+    m->no_set_state = no_set_state != 0; /* what the importer promises is promised to every component */
     *event = *terminate = *early = fmi3False;
     Status status = do_step(m, __func__, t, h);
     *reached = m->s.last_successful;

@@ -102,7 +102,7 @@ static Status enter_initialization(System *m, const char *function) {
     for (int i = 0; i < N_COMPONENTS; i++) {
         Component *c = &m->components[i];
         int status = c->f->SetupExperiment(c->instance, fmi2False, 0.0, m->s.start, (fmi2Boolean)m->s.stop_defined, m->s.stop);
-        if (status <= WARNING) status = c->f->EnterInitializationMode(c->instance);
+        if (GOOD(status)) status = c->f->EnterInitializationMode(c->instance);
         Status answer = judged(m, i, function, status);
         if (answer != OK) return answer;
     }

@@ -102,6 +102,7 @@ class Motion:
         """See Slave."""
         if self.known.note.ends:
             raise EndRequest(self._fmu.name, t)
+        self._fmu.final(t)  # the states that are held are of this time
         if U.shape[1]:
             self.fresh = self.fresh or self._jumps(U[0][self._inputs.smooth], t, h)
             self.offer(U[0], t, h)
@@ -176,7 +177,7 @@ class Motion:
         self._place(t, h)
         if not self._hears:
             return False
-        event, ends = self._calls.completed(self._instance, not self._fmu.description.can_restore, t, h)
+        event, ends = self._calls.completed(self._instance, self._fmu.final(t), t, h)
         if ends:
             self.known = replace(self.known, note=replace(self.known.note, ends=True))
         return event

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting
+from ..base import Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting
 from ..fmi.events import EventState, without_memory
 from ..fmi.fmu import FmuSlave
 from ..fmi.log import Log
 from ..signal import Text, Value
+from ..usage import Usage
 from .functions import Functions
 from .inputs import Inputs
 from .motion import Known, Motion
@@ -19,24 +20,19 @@ from .motion import Known, Motion
 TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 
 
-class ExchangeSlave(Serializable, Linearisable, Counting, Texting):
+class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
-    tolerance : relative, of the integration, to be set before begin(); None: that of the FMU's DefaultExperiment, else TOLERANCE.
+    tolerance : relative, of the integration, to be set before begin(); the run's, else that of the FMU's DefaultExperiment, else
+        TOLERANCE.
 
     An FMU that cannot save its state, but remembers nothing beyond time and continuous states, is saved by these.
     """
 
     def __init__(self, fmu: FmuSlave, tolerance: float | None = None) -> None:
         self._fmu, self.name, self.model = fmu, fmu.name, fmu.model
-        able = fmu.description
-        self._by_states = not able.can_restore and without_memory(fmu.model)
-        self.description = replace(
-            able, input_degree=2, counts_events=True, can_restore=able.can_restore or self._by_states,
-            can_serialize=able.can_serialize or self._by_states,
-        )  # fmt: skip
-        stated = float(self.model.experiment.get("tolerance", TOLERANCE))
-        self.tolerance = tolerance or (stated if stated > 0.0 else TOLERANCE)
+        self.tolerance = tolerance or fmu.tolerance or TOLERANCE
+        self._describe()
         self._motion: Motion | None = None
         self._t = 0.0
         try:
@@ -56,6 +52,20 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting):
         return self._fmu.file
 
     # ---- the run
+
+    def promise(self, usage: Usage, values: Mapping[str, Value], t: float, stop: float) -> tuple[str, ...]:
+        notes = self._fmu.promise(usage, values, t, stop)
+        self.tolerance = self._fmu.tolerance or TOLERANCE
+        self._describe()
+        return notes
+
+    def _describe(self) -> None:
+        able = self._fmu.description
+        self._by_states = not able.can_restore and without_memory(self.model)
+        self.description = replace(
+            able, input_degree=2, counts_events=True, can_restore=able.can_restore or self._by_states,
+            can_serialize=able.can_serialize or self._by_states,
+        )  # fmt: skip
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._stand_still()

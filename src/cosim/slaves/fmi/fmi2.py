@@ -2,6 +2,7 @@
 
 import ctypes
 import sys
+import time
 from collections.abc import Callable
 from typing import Any, ClassVar
 
@@ -10,11 +11,11 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from .buffers import references
 from .fmu import FmuSlave
-from .library import POINTER, REFERENCES, SIZE, Library
+from .library import POINTER, REFERENCES, SIZE, STATUS, Library
 from .raw import RawFmu
 from .unpacked import Callbacks2
 
-_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3  # kinds of fmi2Status
+_DO_STEP_STATUS, _LAST_SUCCESSFUL_TIME, _TERMINATED = 0, 2, 3  # kinds of fmi2Status
 
 
 class Fmi2Slave(FmuSlave):
@@ -73,12 +74,20 @@ class Fmi2Slave(FmuSlave):
         )
 
     def _enter_initialization(self, t: float, stop: float) -> None:
-        self.check(self._setup(self._instance, 0, 0.0, t, 1, stop), "fmi2SetupExperiment", t, 0.0)
+        given = (0, 0.0) if self.tolerance is None else (1, self.tolerance)
+        self.check(self._setup(self._instance, *given, t, self.usage.ends, stop), "fmi2SetupExperiment", t, 0.0)
         self.check(self._enter(self._instance), "fmi2EnterInitializationMode", t, 0.0)
 
     def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi2ExitInitializationMode", t, 0.0)
         self._raw = self._make_raw()
+
+    def try_derivatives(self, order: int, t: float) -> None:
+        if self._n_smooth:
+            self._du[:] = 0.0
+            n = order * self._n_smooth
+            status = self._set_derivatives(self._instance, self._du_refs, n, self._du_orders, self._du_pointer)
+            self.check(status, "fmi2SetRealInputDerivatives", t, 0.0)
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         instance = self._instance
@@ -92,12 +101,16 @@ class Fmi2Slave(FmuSlave):
                     n = self._told * self._n_smooth
                     status = self._set_derivatives(instance, self._du_refs, n, self._du_orders, self._du_pointer)
                     self.check(status, "fmi2SetRealInputDerivatives", t, h)
-        status = self._do_step(instance, t, h, 1 - self.description.can_restore)
+        status = self._do_step(instance, t, h, self.final(t))
         if status > 1:
             self._step_failed(status, t, h)
 
     def _step_failed(self, status: int, t: float, h: float) -> None:
-        """With discard, the FMU may say how far it came and whether it wants the run to end."""
+        """With discard, the FMU may say how far it came and whether it wants the run to end; with pending, it is waited for."""
+        if status == STATUS.index("pending"):
+            status = self._awaited(t, h)
+            if status <= 1:
+                return
         if status == 2:
             kind, pointer = ctypes.c_int, ctypes.c_void_p
             reached, ended = ctypes.c_double(t), ctypes.c_int(0)
@@ -112,14 +125,27 @@ class Fmi2Slave(FmuSlave):
             raise SlaveError(self.name, t, h, f"fmi2DoStep answered discard{how}", self.log.said())
         self.check(status, "fmi2DoStep", t, h)
 
+    def _awaited(self, t: float, h: float) -> int:
+        """The status of a step that was pending, once it has ended; it is asked for at intervals of 0.1 ms at least."""
+        status, get = ctypes.c_uint(), self._opened.library.function("fmi2GetStatus", POINTER, ctypes.c_int, ctypes.c_void_p)
+        pause = 1e-4
+        while True:
+            self.check(get(self._instance, _DO_STEP_STATUS, ctypes.byref(status)), "fmi2GetStatus", t, h)
+            if status.value != STATUS.index("pending"):
+                return status.value
+            time.sleep(pause)
+            pause = min(2 * pause, 0.05)
+
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:
         refs, knowns, seed = (ctypes.c_uint * len(unknowns))(*unknowns), (ctypes.c_uint * 1)(known), np.ones(1)
         pointers = seed.ctypes.data_as(POINTER), result.ctypes.data_as(POINTER)
         return int(self._derivative(self._instance, refs, len(unknowns), knowns, 1, *pointers))
 
     def _make_raw(self) -> RawFmu | None:
-        """See RawFmu; None where a signal is not real, or not smooth while derivatives would be set."""
-        if self.model.exchanged or any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
+        """See RawFmu; None where a signal is not real, or not smooth while derivatives would be set, or a step may be pending."""
+        if self.model.exchanged or self.model.can("canRunAsynchronuously"):
+            return None
+        if any(g.label != "fmi2SetReal" for g in (*self._input_groups, *self._output_groups)):
             return None
         degree = self.description.input_degree
         if degree and self._n_smooth != self._u.size:
@@ -135,7 +161,6 @@ class Fmi2Slave(FmuSlave):
             y_refs=references(self._output_groups),
             du_refs=np.array(self._du_refs, dtype=np.uint32),
             du_orders=np.array(self._du_orders, dtype=np.int32),
-            no_set_state=1 - self.description.can_restore,
             check=self.check,
             step_failed=self._step_failed,
             derivatives_told=self._derivatives_told,

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
+from ..description import SlaveDescription
 from ..signal import Value
 from . import events
 from .buffers import references
@@ -56,18 +57,21 @@ class Fmi3Slave(FmuSlave):
         self._answer = bytearray(16)
         self._event, self._ended, self._early = (boolean.from_buffer(self._answer, k) for k in range(3))
         self._reached = double.from_buffer(self._answer, 8)
-        self._event_mode: events.EventMode | None = None
         self._discrete = np.flatnonzero([not s.smooth for s in self.inputs])
-        if self.description.counts_events:
-            self._event_mode = events.EventMode(library, self.check)
-            self._variable_step = self.model.can("canHandleVariableCommunicationStepSize")
-            if self._discrete.size:
-                self._put = self._put_with_events
+        self._variable_step = self.model.can("canHandleVariableCommunicationStepSize")
+        self._adopt(self.description)
         self._told_by_step = tuple(ctypes.byref(x) for x in (self._event, self._ended, self._early, self._reached))
         if self._differentiable:
             self._derivative = function(
                 "fmi3GetDirectionalDerivative", POINTER, REFERENCES, SIZE, REFERENCES, SIZE, POINTER, SIZE, POINTER, SIZE
             )
+
+    def _adopt(self, description: SlaveDescription) -> None:
+        """With event mode or without."""
+        super()._adopt(description)
+        with_events = description.counts_events
+        self._event_mode = events.EventMode(self._opened.library, self.check) if with_events else None
+        self._put = self._put_with_events if with_events and self._discrete.size else self._set_inputs
 
     def _on_log(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self.log.add(status, category, message)
@@ -90,7 +94,8 @@ class Fmi3Slave(FmuSlave):
         )  # fmt: skip
 
     def _enter_initialization(self, t: float, stop: float) -> None:
-        self.check(self._enter(self._instance, False, 0.0, t, True, stop), "fmi3EnterInitializationMode", t, 0.0)
+        given = (False, 0.0) if self.tolerance is None else (True, self.tolerance)
+        self.check(self._enter(self._instance, *given, t, self.usage.ends, stop), "fmi3EnterInitializationMode", t, 0.0)
 
     def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
@@ -147,6 +152,9 @@ class Fmi3Slave(FmuSlave):
         if not settled:
             self._fails(f"the discrete states must settle, they do not in {events.UPDATES} updates", t, h)
 
+    def try_derivatives(self, order: int, t: float) -> None:
+        pass  # it asks for its inputs, and need not be told
+
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         if self._note.ends:
             raise EndRequest(self.name, t)
@@ -202,7 +210,7 @@ class Fmi3Slave(FmuSlave):
     def _advance(self, t: float, h: float) -> float:
         """fmi3DoStep; the time that it has reached."""
         self._reached.value = t + h
-        status = self._do_step(self._instance, t, h, not self.description.can_restore, *self._told_by_step)
+        status = self._do_step(self._instance, t, h, self.final(t), *self._told_by_step)
         self._step_failed(status, t, h)
         return self._judge(t, h)
 
@@ -256,7 +264,6 @@ class Fmi3Slave(FmuSlave):
             y_refs=references(self._output_groups),
             du_refs=none,
             du_orders=none.astype(np.int32),
-            no_set_state=1 - self.description.can_restore,
             check=self.check,
             step_failed=self._step_failed,
             asks=self.description.input_degree > 0,

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...errors import OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting, Tunable
+from ..base import Counting, Counts, Linearisable, StateSpace, Texting, Tunable
 from ..signal import Given, Text, Value
 from .buffers import Group, group, groups
 from .description import TEXTS, Row
@@ -22,9 +22,10 @@ from .fmu_state import States
 from .library import POINTER, STATUS, Library, status_word
 from .linearisation import derivatives
 from .log import Log
+from .promised import PromisedFmu, hint
 from .raw import Direct, RawFmu
-from .signals import by_variable, carried, described, names, texts
-from .structure import STRUCTURAL, configured, in_configuration_mode, refuse_other_sizes
+from .signals import by_variable, carried, names, texts
+from .structure import STRUCTURAL, in_configuration_mode, refuse_other_sizes
 from .surroundings import keeping, mind_floating_point
 from .texts import Texts, changed_texts
 from .unpacked import OpenedFmu
@@ -32,7 +33,7 @@ from .unpacked import OpenedFmu
 INITIALIZATION = " in initialization mode, where FMI wants inputs to be set and outputs to be there"
 
 
-class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
+class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
     """Runs an FMU that is open already, and releases it in close(); begin() instantiates it anew.
 
     model : the FMU's own description. log : what the FMU says.
@@ -40,6 +41,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
     _note : what is known of the FMU beside its state. _put : gives it its inputs, as _put(u, t, h).
     _told : highest order of input derivatives that the FMU has heard of.
     values : given at the start, of which structural parameters count already here.
+    final : whether nobody goes back to a time before a step from t (s), as final(t).
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
     """
 
@@ -48,8 +50,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
     state: ClassVar[str]
 
     def __init__(self, name: str, opened: OpenedFmu, values: Mapping[str, Given] = MappingProxyType({})) -> None:
-        self.name, self._opened, self.model = name, opened, configured(opened.model, name, values)
-        self.description = opened.description if self.model is opened.model else described(self.model)
+        super().__init__(name, opened, values)
         self.log = Log(name)
         opened.logs[id(self)] = self.log
         self._instance: Any = None
@@ -57,6 +58,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         self._running = self._dead = self._closed = False
         self._start, self._mode, self._note = 0.0, "", EventState()
         self._put: Callable[[np.ndarray, float, float], None] = self._set_inputs
+        self.final: Callable[[float], bool] = lambda t: True
         try:
             self._describe()
             self._bind()
@@ -66,11 +68,6 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
             raise
 
     # ---- what the two versions do in their own way
-
-    @property
-    def file(self) -> tuple[str, str]:
-        """Location and instantiation token of the FMU."""
-        return self._opened.location, self.model.token
 
     @abstractmethod
     def _bind_version(self, library: Library) -> None:
@@ -103,11 +100,6 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         """The FMU's, from begin() on."""
         return self._instance
 
-    @property
-    def library(self) -> Library:
-        """Its functions."""
-        return self._opened.library
-
     def groups(self, rows: Sequence[Row]) -> list[Group]:
         """Variables by the functions that move them, with their places among those given."""
         return groups(rows, self.types, self.prefix, self._moves)
@@ -129,16 +121,20 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         self._texts = Texts(self._opened.library, prefix, self.check)
         if self.description.can_restore:
             self._states = States(self._opened.library, prefix, state, self.check, serialize=self.description.can_serialize)
+            self.final = self._states.final
 
     # ---- the run
 
     @keeping
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._free_instance()
+        if self.described.can_restore:
+            self._states.forget()
         self.log.clear()
         self._instance = self._instantiate()
         if self._instance is None:
-            raise SlaveError(self.name, t, 0.0, f"{self.prefix}Instantiate gave no instance", self.log.said())
+            reason = f"{self.prefix}Instantiate answered with no instance{hint(self.model)}"
+            raise SlaveError(self.name, t, 0.0, reason, self.log.said())
         rows = list(by_variable(self._rows, values))
         structure = [(row, given) for row, given in rows if row.causality == STRUCTURAL]
         refuse_other_sizes(self.name, structure)
@@ -250,7 +246,7 @@ class FmuSlave(Serializable, Linearisable, Counting, Texting, Tunable, Direct):
         else:
             self._learn(EventState())  # its texts are those of the state, which nobody here knows
         self._states.deserialize(self._instance, data)
-        self._told = 2
+        self._told = self.description.input_degree
 
     def _learn(self, note: EventState) -> None:
         self._note = note

@@ -10,12 +10,16 @@ _POINTER, _SIZE = ctypes.c_void_p, ctypes.c_size_t
 
 
 class States:
-    """The functions for the states of an FMU's instances; `check` raises for a bad status."""
+    """The functions for the states of an FMU's instances; `check` raises for a bad status.
+
+    _held : of each saved state that is not discarded, by its address, the time (s); infinite until the next step tells it.
+    """
 
     def __init__(
         self, library: Library, prefix: str, state: str, check: Callable[[int, str, float, float], None], *, serialize: bool
     ) -> None:
         self._check, self._prefix, self._state = check, prefix, state
+        self._held: dict[int | None, float] = {}
         self._get = library.function(f"{prefix}Get{state}", _POINTER, _POINTER)
         self._set = library.function(f"{prefix}Set{state}", _POINTER, _POINTER)
         self._free = library.function(f"{prefix}Free{state}", _POINTER, _POINTER)
@@ -29,7 +33,18 @@ class States:
         """A copy of the state, to be freed by discard()."""
         state = ctypes.c_void_p()
         self._check(self._get(instance, ctypes.byref(state)), f"{self._prefix}Get{self._state}", 0.0, 0.0)
+        self._held[state.value] = float("inf")
         return state
+
+    def final(self, t: float) -> bool:
+        """What FMI calls noSetFMUStatePriorToCurrentPoint of a step from t (s): no state is held that is of an earlier time."""
+        for address, time in self._held.items():
+            self._held[address] = min(time, t)
+        return all(time >= t for time in self._held.values())
+
+    def forget(self) -> None:
+        """The instance is gone, and all its states with it."""
+        self._held.clear()
 
     def restore(self, instance: Any, state: Any) -> None:
         """Go back to it."""
@@ -37,6 +52,7 @@ class States:
 
     def discard(self, instance: Any, state: Any) -> None:
         """Free it."""
+        self._held.pop(state.value, None)
         self._free(instance, ctypes.byref(state))
 
     def serialize(self, instance: Any) -> bytes:

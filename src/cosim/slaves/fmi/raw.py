@@ -27,8 +27,6 @@ class RawFmu:
         Of the inputs and outputs in the order of U and y.
     du_refs, du_orders : ndarray of uint32 and of int32, shape (2 n_u,)
         Of U[1], then of U[2]; the first n_u are those of U[1] alone.
-    no_set_state : int
-        What to pass as noSetFMUStatePriorToCurrentPoint.
     check : callable
         check(status, name of the call, t, h) raises the slave's SlaveError, with its log, for a status above 1.
     step_failed : callable
@@ -56,7 +54,6 @@ class RawFmu:
     y_refs: np.ndarray
     du_refs: np.ndarray
     du_orders: np.ndarray
-    no_set_state: int
     check: Callable[[int, str, float, float], None]
     step_failed: Callable[[int, float, float], None]
     asks: bool = False

@@ -99,6 +99,11 @@ class FmuCache:
             self._locations[source] = source if source.endswith(".fmu") else str(catalogue.fmu(source))
         return self._locations[source]
 
+    def occupied(self, location: str, implementation: str = "") -> bool:
+        """Whether the FMU at `location` is open and refuses a second instance in this process."""
+        opened = self._opened.get((location, implementation))
+        return opened is not None and opened.users > 0 and not opened.shareable
+
     def take(self, location: str, implementation: str = "") -> OpenedFmu:
         """The FMU at `location`, run as `implementation` says, for a slave that will release it."""
         opened = self._opened.get((location, implementation))

@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import EndRequest, OutputError, SlaveError
 from ..fmi.log import shown
 from ..opening import open_fmu
+from ..usage import Usage, promise
 from . import child
 from .protocol import Kind, Link, array, document, numbers
 from .sandbox import confine
@@ -82,6 +83,12 @@ class Program:
             return json.dumps(introduction(self._slave)).encode()
         slave = self._slave
         n_u = len(slave.inputs)
+        if kind == Kind.PROMISE:
+            given = document(payload)
+            notes = promise(
+                slave, Usage(**given["usage"]), read_values(given["values"]), number(given, "t"), number(given, "stop")
+            )
+            return json.dumps(introduction(slave) | {"notes": list(notes)}).encode()
         if kind == Kind.BEGIN:
             given = document(payload)
             slave.begin(read_values(given["values"]), number(given, "t"), number(given, "stop"))

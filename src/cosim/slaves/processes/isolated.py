@@ -16,39 +16,42 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping
+from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Serializable, StateSpace, Texting, Tunable
+from ..base import Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting, Tunable
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Given, Text, Value
+from ..usage import Usage
 from . import child
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
-from .telling import carried_values, described, number, read_values
+from .telling import carried_values, described, number, read_values, told_notes
 
 PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
 LARGEST = 1 << 28  # bytes of a saved state
 
 
-class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable):
+class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Promised):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
-    implementation : see open_slave(). sizes : values of structural parameters.
+    implementation : see open_slave(). sizes : values of structural parameters. note : what is to be told of its being here.
     """
 
     def __init__(
         self, name: str, location: str, patience: float = PATIENCE, *, implementation: str = "",
-        sizes: Mapping[str, Given] = MappingProxyType({}),
+        sizes: Mapping[str, Given] = MappingProxyType({}), note: str = "",
     ) -> None:  # fmt: skip
         if sys.platform == "win32":
             raise ValueError("FMUs can be isolated on Linux and macOS only")
         self.name, self._patience, self._log = name, patience, Log(name)
         self._events: int | None = None
+        self._note = note
         self._sequence = 0
         self._scratch = ScratchFolder()  # the child's temporary files: it may not live to remove them
         self._words = tempfile.TemporaryFile()  # noqa: SIM115 (closed by close())
@@ -136,6 +139,15 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable):
         self._words.seek(max(0, size - 4096))
         lines = [" ".join(line.split()) for line in self._words.read().decode(errors="replace").splitlines()]
         return "; ".join([line for line in lines if line][-3:])
+
+    def promise(self, usage: Usage, values: Mapping[str, Value], t: float, stop: float) -> tuple[str, ...]:
+        told = {"usage": asdict(usage), "values": carried_values(values), "t": t, "stop": stop}
+        try:
+            answer = document(self._ask(Kind.PROMISE, json.dumps(told).encode(), t))
+            self.description, notes = described(answer), told_notes(answer)
+        except ProtocolError as error:
+            raise self._malformed("promise", str(error), t) from None
+        return (self._note, *notes) if self._note else notes
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._start = t

@@ -20,6 +20,7 @@ An FMU in a process of its own (isolated.py) knows more, and tells what it logs 
 | kind | request payload | answer payload |
 |---|---|---|
 | OPEN | JSON: name, location | as HELLO |
+| PROMISE | JSON: usage (of usage.py), values, t, stop | as HELLO, and notes (texts) |
 | SERIALIZE | - | the state |
 | DESERIALIZE | the state | - |
 | LINEARISE | - | n_x, n_u, n_y, then A, B, C, D row by row; nothing where there is none |
@@ -75,6 +76,7 @@ class Kind(IntEnum):
     GIVE_TEXTS = 17
     CHALLENGE = 18
     PROVE = 19
+    PROMISE = 20
     OK = 100
     ERROR = 101
     END = 102

@@ -13,11 +13,12 @@ from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
 from .protocol import ProtocolError
 
-__all__ = ["carried_values", "described", "introduction", "read_values"]
+__all__ = ["carried_values", "described", "introduction", "read_values", "told_notes"]
 
 KINDS = ("input", "output", "parameter", "state")
 MOST = 100_000  # signals, and elements of a value
 LONGEST_TEXT = 100_000  # characters
+MOST_NOTES, LONGEST_NOTE = 20, 2000
 _MISSING = object()
 
 
@@ -60,6 +61,12 @@ def truth(told: Mapping[str, Any], field: str, default: bool | None) -> bool:
     """A field that is true or false; one that is missing is `default`, refused where that is None."""
     default_ = _MISSING if default is None else default
     return bool(_field(told, field, "true or false", lambda x: isinstance(x, bool), default_))
+
+
+def told_notes(told: Mapping[str, Any]) -> tuple[str, ...]:
+    """The notes beside an introduction; ProtocolError where they are no list of texts."""
+    notes = _field(told, "notes", "a list of texts", lambda x: isinstance(x, list) and all(isinstance(n, str) for n in x))
+    return tuple(note[:LONGEST_NOTE] for note in notes[:MOST_NOTES])
 
 
 def carried_values(values: Mapping[str, Value]) -> dict[str, Any]:
