@@ -220,6 +220,7 @@ class FastLoop:
     def _explain(self, row: int) -> None:
         t, h = float(self._data.t[row]), float(self._data.h[row + 1])
         i, call, status = (int(x) for x in self._data.failure[:3])
+        status = ctypes.c_uint(status).value  # as the slaves' functions return it
         infinite = self.asked[~np.isfinite(self._data.Y[row + 1, self.asked])]
         if not infinite.size:
             fmu = self._raws[i]
