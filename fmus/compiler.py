@@ -1,5 +1,6 @@
 """From C to shared libraries: the host's compiler, or Zig's from PyPI, which compiles for the other platforms too."""
 
+import importlib.util
 import os
 import platform
 import shutil
@@ -17,6 +18,7 @@ __all__ = [
 
 # No fused operations: the same bits everywhere; a square root is an instruction, not a call that may set errno.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
+WEB_LIBRARY = Path(__file__).parent / "web" / "libc.c"
 
 
 class CompilerError(RuntimeError):
@@ -53,6 +55,7 @@ PLATFORMS = {
         Platform("aarch64-darwin", "darwin64", "aarch64-macos.11.0", ".dylib"),
     )
 }
+WEB = Platform("wasm32", "wasm32", "wasm32-wasi", ".wasm")  # by name only: no importer of FMUs runs it, the report's page does
 
 
 def host() -> Platform:
@@ -74,8 +77,8 @@ def chosen(names: Sequence[str]) -> dict[Platform, bool]:
             platforms[host()] = True
         elif name == "all":
             platforms |= {p: False for p in PLATFORMS.values() if p not in platforms}
-        elif name in PLATFORMS:
-            platforms.setdefault(PLATFORMS[name], False)
+        elif name in PLATFORMS or name == WEB.name:
+            platforms.setdefault(PLATFORMS.get(name, WEB), False)
         else:
             raise ValueError(f"platform must be 'host', 'all' or one of {', '.join(PLATFORMS)}, got {name!r}")
     if not platforms:
@@ -125,14 +128,20 @@ def compile_libraries(
     CompilerError
         If the compiler is missing or refuses the code.
     """
+    if WEB in targets:
+        Path(folder, WEB_LIBRARY.name).write_bytes(WEB_LIBRARY.read_bytes())
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+
+        def of(target: Platform) -> Mapping[str, str]:
+            return {**sources, WEB_LIBRARY.name: "-O2"} if target == WEB else sources
+
         commands = {target: _command(target, allowed) for target, allowed in targets.items()}
         objects = {
             (target, source): pool.submit(_object, folder, commands[target], source, [level, *options], target)
-            for source, level in sources.items()
             for target in targets
+            for source, level in of(target).items()
         }
-        done = {target: [objects[target, source].result() for source in sources] for target in targets}
+        done = {target: [objects[target, source].result() for source in of(target)] for target in targets}
         linked = {
             target: pool.submit(_link, folder, commands[target], done[target], name, target, libraries) for target in targets
         }
@@ -147,7 +156,17 @@ def host_library(folder: Path, source: str, name: str) -> bytes:
 def _command(target: Platform, host_allowed: bool) -> list[str]:
     """Compiler and the options that both compiling and linking need."""
     of_host = host_compiler() if host_allowed else None
-    return of_host or [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
+    return of_host or (zig + _web_headers() if target == WEB else zig)
+
+
+def _web_headers() -> list[str]:
+    """Zig's headers of a C library without the library, which takes a minute to build: c/wasm.c has what is needed of it."""
+    spec = importlib.util.find_spec("ziglang")
+    if spec is None or spec.origin is None:
+        raise CompilerError("WebAssembly needs Zig's C compiler: python -m pip install ziglang")
+    headers = Path(spec.origin).parent / "lib" / "libc" / "include"
+    return ["-nostdlib", *(f"-isystem{headers / kind}" for kind in ("wasm-wasi-musl", "generic-musl"))]
 
 
 def _object(folder: Path, command: Sequence[str], source: str, options: Sequence[str], target: Platform) -> str:
@@ -162,6 +181,8 @@ def _link(
 ) -> bytes:
     file = f"{name}-{target.name}{target.suffix}"
     options = ["-shared", "-O3"]  # -O3: without it Zig links a debug library
+    if target == WEB:
+        options = ["-O2", "-s", "-Wl,--no-entry", "-Wl,--export-dynamic"]
     if target.suffix == ".dylib":
         options += [f"-Wl,-install_name,@rpath/{name}{target.suffix}"]
     if "ziglang" in command or target.suffix == ".so":
