@@ -1,6 +1,5 @@
 """From C to shared libraries: the host's compiler, or Zig's from PyPI, which compiles for the other platforms too."""
 
-import importlib.util
 import os
 import platform
 import shutil
@@ -11,6 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from . import web
+
 __all__ = [
     "FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "host_library",
     "universal",
@@ -18,7 +19,6 @@ __all__ = [
 
 # No fused operations: the same bits everywhere; a square root is an instruction, not a call that may set errno.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
-WEB_LIBRARY = Path(__file__).parent / "web" / "libc.c"
 
 
 class CompilerError(RuntimeError):
@@ -128,20 +128,15 @@ def compile_libraries(
     CompilerError
         If the compiler is missing or refuses the code.
     """
-    if WEB in targets:
-        Path(folder, WEB_LIBRARY.name).write_bytes(WEB_LIBRARY.read_bytes())
+    given = {target: web.sources(folder, sources) if target == WEB else sources for target in targets}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-
-        def of(target: Platform) -> Mapping[str, str]:
-            return {**sources, WEB_LIBRARY.name: "-O2"} if target == WEB else sources
-
         commands = {target: _command(target, allowed) for target, allowed in targets.items()}
         objects = {
             (target, source): pool.submit(_object, folder, commands[target], source, [level, *options], target)
             for target in targets
-            for source, level in of(target).items()
+            for source, level in given[target].items()
         }
-        done = {target: [objects[target, source].result() for source in of(target)] for target in targets}
+        done = {target: [objects[target, source].result() for source in given[target]] for target in targets}
         linked = {
             target: pool.submit(_link, folder, commands[target], done[target], name, target, libraries) for target in targets
         }
@@ -157,16 +152,7 @@ def _command(target: Platform, host_allowed: bool) -> list[str]:
     """Compiler and the options that both compiling and linking need."""
     of_host = host_compiler() if host_allowed else None
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.target, "-g0"]
-    return of_host or (zig + _web_headers() if target == WEB else zig)
-
-
-def _web_headers() -> list[str]:
-    """Zig's headers of a C library without the library, which takes a minute to build: c/wasm.c has what is needed of it."""
-    spec = importlib.util.find_spec("ziglang")
-    if spec is None or spec.origin is None:
-        raise CompilerError("WebAssembly needs Zig's C compiler: python -m pip install ziglang")
-    headers = Path(spec.origin).parent / "lib" / "libc" / "include"
-    return ["-nostdlib", *(f"-isystem{headers / kind}" for kind in ("wasm-wasi-musl", "generic-musl"))]
+    return of_host or (zig + web.headers() if target == WEB else zig)
 
 
 def _object(folder: Path, command: Sequence[str], source: str, options: Sequence[str], target: Platform) -> str:
