@@ -1,0 +1,126 @@
+"""What the page of a run shows, as one JSON document."""
+
+import hashlib
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..master import Run
+from ..systems import System, catalogue
+from . import module, signals
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is known of a run besides its results.
+
+    Attributes
+    ----------
+    command : str
+        What repeats it.
+    lines : sequence of str
+        What fields of engineering have found in it, in words.
+    certificate : sequence of str
+        The estimate of its coupling error, in words; empty where none was asked for.
+    scene : mapping, optional
+        The bodies that the page draws, see gyro_cosim.railway.scene.
+    record_every : int
+        Macro steps between recorded rows.
+    """
+
+    command: str = ""
+    lines: Sequence[str] = ()
+    certificate: Sequence[str] = ()
+    scene: dict[str, Any] | None = None
+    record_every: int = 1
+    notes: Sequence[str] = field(default=())
+
+
+def document(run: Run, told: Told) -> dict[str, Any]:
+    """The page's document of one run. A system that cannot run in a page is shown all the same, with the reason."""
+    system, trajectory = run.system, run.trajectory
+    made, reason = None, ""
+    try:
+        _runs_in_a_page(run)
+        made = module.compiled(system, run.algorithm, run.step)
+    except (ValueError, RuntimeError) as error:
+        reason = str(error)
+    return {
+        "title": system.name,
+        "description": system.description,
+        "system": graph(system),
+        "run": {
+            "algorithm": run.algorithm.name,
+            "degree": run.algorithm.degree,
+            "step": run.step,
+            "steps": run.steps,
+            "start": run.start,
+            "stop": float(trajectory.t[-1]) if len(trajectory) else run.start,
+            "status": run.status,
+            "ended_by": run.ended_by,
+            "record_every": told.record_every,
+            "loop_s": run.timing.loop_s,
+        },
+        "command": told.command,
+        "versions": {"gyro-cosim": metadata.version("gyro-cosim"), "Python": platform.python_version()},
+        "hashes": hashes(system),
+        "verdicts": list(told.lines),
+        "certificate": list(told.certificate),
+        "notes": [*told.notes, *([run.coupling_warning] if run.coupling_warning else [])],
+        "bonds": [
+            {"name": b.name, "residual": b.residual, "exchanged": b.exchanged, "share": b.share, "peak": b.peak_power}
+            for b in run.energy
+        ],
+        "signals": signals.document(trajectory),
+        "module": None if made is None else made.document(),
+        "why_not": reason,
+        "check": None if made is None else check(run, told.record_every),
+        "scene": told.scene,
+    }
+
+
+def _runs_in_a_page(run: Run) -> None:
+    """ValueError where the page's inner loop would not be that of the run."""
+    if run.rejections or run.iterations:
+        raise ValueError("a run with an adaptive step or with iterations needs the whole package; the page's inner loop has neither")
+
+
+def graph(system: System) -> dict[str, Any]:
+    """Components and what is exchanged between them."""
+    return {
+        "components": [{"name": c.name, "source": c.source} for c in system.components],
+        "connections": [{"start": list(c.start), "end": list(c.end)} for c in system.connections],
+    }
+
+
+def hashes(system: System) -> dict[str, str]:
+    """SHA-256 of every component's FMU; those that run elsewhere have none."""
+    found = {}
+    for component in system.components:
+        if component.source.startswith(("process:", "tcp://")):
+            continue
+        file = Path(component.source) if component.source.endswith(".fmu") else catalogue.fmu(component.source)
+        if file.is_file():
+            found[component.name] = hashlib.sha256(file.read_bytes()).hexdigest()
+    return found
+
+
+def check(run: Run, record_every: int) -> dict[str, Any]:
+    """What a run in the page is compared with: on which macro steps, and the fingerprint of the outputs there.
+
+    The last row belongs to it, wherever it falls.
+    """
+    rows = np.arange(len(run.trajectory))
+    stride = max(1, -(-rows.size // signals.CHECKED))
+    chosen = np.unique(np.append(rows[::stride], rows[-1:]))
+    return {
+        "every": stride * record_every,
+        "names": list(run.trajectory.names),
+        "rows": int(chosen.size),
+        "fingerprint": signals.fingerprint(run.trajectory.values[chosen]),
+    }

@@ -1,0 +1,1 @@
+export class Moving { constructor() { throw new Error("not built yet"); } }
