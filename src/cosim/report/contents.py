@@ -2,8 +2,8 @@
 
 import hashlib
 import platform
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,9 @@ class Told:
         What fields of engineering have found in it, in words.
     certificate : sequence of str
         The estimate of its coupling error, in words; empty where none was asked for.
-    scene : mapping, optional
-        The bodies that the page draws, see gyro_cosim.railway.scene.
+    scene : callable, optional
+        Gives the bodies that the page draws, from the names of the signals and the parameters by name; see
+        gyro_cosim.railway.scene. None where there is nothing to draw.
     record_every : int
         Macro steps between recorded rows.
     """
@@ -36,9 +37,9 @@ class Told:
     command: str = ""
     lines: Sequence[str] = ()
     certificate: Sequence[str] = ()
-    scene: dict[str, Any] | None = None
+    scene: Callable[[Sequence[str], Mapping[str, Any]], dict[str, Any] | None] | None = None
     record_every: int = 1
-    notes: Sequence[str] = field(default=())
+    notes: Sequence[str] = ()
 
 
 def document(run: Run, told: Told) -> dict[str, Any]:
@@ -80,7 +81,7 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         "module": None if made is None else made.document(),
         "why_not": reason,
         "check": None if made is None else check(run, told.record_every),
-        "scene": told.scene,
+        "scene": None if made is None or told.scene is None else told.scene(trajectory.names, made.values()),
     }
 
 

@@ -39,6 +39,10 @@ class Module:
     token: str
     variables: tuple[dict[str, Any], ...]
 
+    def values(self) -> dict[str, float]:
+        """What parameters and start values are, by name, in their variables' units."""
+        return {v["name"]: v["start"] for v in self.variables if v["start"] is not None}
+
     def document(self) -> dict[str, Any]:
         """As the page reads it."""
         return {"wasm": base64.b64encode(self.wasm).decode(), "token": self.token, "variables": list(self.variables)}

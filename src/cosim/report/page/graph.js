@@ -47,7 +47,7 @@ export function graph(system) {
 const short = (source) => (source.length > 26 ? `…${source.slice(-25)}` : source);
 
 function arrowhead() {
-  const marker = drawn("marker", { id: "head", viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 7, markerHeight: 7, orient: "auto" });
+  const marker = drawn("marker", { id: "arrowhead", viewBox: "0 0 10 10", refX: 9, refY: 5, markerWidth: 7, markerHeight: 7, orient: "auto" });
   marker.append(drawn("path", { d: "M0 0 10 5 0 10z", class: "head" }));
   const defs = drawn("defs", {});
   defs.append(marker);
@@ -64,5 +64,5 @@ function arrow(from, to, forth) {
   const down = b[1] > a[1];
   const start = level ? [a[0] + (right ? WIDTH / 2 : -WIDTH / 2), a[1] + side] : [a[0] + side, a[1] + (down ? HEIGHT / 2 : -HEIGHT / 2)];
   const end = level ? [b[0] + (right ? -WIDTH / 2 : WIDTH / 2), b[1] + side] : [b[0] + side, b[1] + (down ? -HEIGHT / 2 : HEIGHT / 2)];
-  return drawn("path", { d: `M${start} L${end}`, class: "wire", "marker-end": "url(#head)" });
+  return drawn("path", { d: `M${start} L${end}`, class: "wire", "marker-end": "url(#arrowhead)" });
 }

@@ -1,1 +1,188 @@
-export class Moving { constructor() { throw new Error("not built yet"); } }
+/** The moving vehicle on its track, with what plays it. */
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { Vehicle } from "./bodies.js";
+import { shown, valueAt } from "./data.js";
+import { element } from "./dom.js";
+import { Track } from "./track.js";
+
+const SLEEPERS = 0.65; // m between them
+
+export class Moving {
+  /** @param {any} scene @param {import("./data.js").Run} run @param {(time: number) => void} onTime */
+  constructor(scene, run, onTime) {
+    this.scene = scene;
+    this.run = run;
+    this.onTime = onTime;
+    this.start = run.t[0];
+    this.stop = run.t[run.t.length - 1];
+    this.time = this.start;
+    this.exaggeration = 1;
+    this.build();
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, preserveDrawingBuffer: true });
+    this.world = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(40, 16 / 9, 0.05, 2000);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.canvas);
+    this.controls.addEventListener("change", () => this.render());
+    this.world.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 2.2));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(30, -40, 60);
+    this.world.add(sun);
+    this.track = new Track(run.columns.get(scene.track.distance) ?? [0], run.columns.get(scene.track.curvature) ?? []);
+    this.world.add(rails(this.track, scene.track.half_gauge));
+    this.vehicle = new Vehicle(scene, run, this.track, false);
+    this.world.add(this.vehicle.group);
+    this.ghost = null;
+    new ResizeObserver(() => this.resize()).observe(this.stage);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
+    this.paint();
+    this.look("outside");
+    this.go(this.start);
+  }
+
+  build() {
+    this.canvas = element("canvas", { role: "img", "aria-label": "The vehicle on its track. The plots below show the same run in numbers.", tabindex: "0" });
+    this.stage = element("div", { class: "stage" }, this.canvas);
+    this.button = element("button", { type: "button", class: "main", onclick: () => this.play(!this.playing) }, "Play");
+    this.scrub = element("input", { type: "range", min: this.start, max: this.stop, step: (this.stop - this.start) / 2000 || 1, value: this.start, "aria-label": "time", oninput: () => this.go(Number(this.scrub.value)) });
+    this.clock = element("output", {});
+    const pick = (label, options, onchange) => element("label", {}, `${label} `, element("select", { onchange: (event) => onchange(event.target.value) }, ...options.map(([value, text]) => element("option", { value }, text))));
+    this.element = element(
+      "div",
+      {},
+      this.stage,
+      element("div", { class: "play" }, this.button, this.scrub, this.clock),
+      element(
+        "div",
+        { class: "play" },
+        pick("speed", [["1", "as it was"], ["0.25", "a quarter"], ["0.05", "a twentieth"], ["4", "four times"]], (value) => (this.rate = Number(value))),
+        pick("camera", [["outside", "beside"], ["following", "behind"], ["driver", "driver's"], ["above", "above"], ["gear", "at the front wheels"]], (value) => this.look(value)),
+        pick("small motions", [["1", "as they are"], ["10", "10 times"], ["30", "30 times"]], (value) => {
+          this.exaggeration = Number(value);
+          this.go(this.time);
+        }),
+      ),
+    );
+    this.rate = 1;
+    this.playing = false;
+  }
+
+  paint() {
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    this.world.background = new THREE.Color(dark ? 0x181c22 : 0xeef1f4);
+    this.render();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.stage;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.render();
+  }
+
+  /** Where the camera stands, in the track frame of what it looks at: forward, left, up. @param {string} view */
+  look(view) {
+    this.view = view;
+    const { place, target } = this.eyes();
+    this.camera.position.copy(place);
+    this.controls.target.copy(target);
+    this.controls.update();
+    this.render();
+  }
+
+  eyes() {
+    const s = valueAt(this.run, this.scene.track.distance, this.time);
+    const half = Math.abs(this.scene.bodies[1]?.offset ?? 3);
+    const views = { outside: [[5, -13, 5], [0, 0, 1]], following: [[-16, 3, 4.5], [0, 0, 1.2]], driver: [[half + 1.5, 0, 2.4], [half + 12, 0, 1]], above: [[0, -0.01, 20], [0, 0, 0]], gear: [[half + 2.4, -2.6, 1.1], [half, 0, 0.35]] };
+    const [from, to] = views[this.view] ?? views.outside;
+    const world = ([forward, left, up]) => {
+      const at = this.track.at(s + (this.view === "driver" ? forward : 0));
+      const ahead = this.view === "driver" ? 0 : forward;
+      return new THREE.Vector3(at.x + ahead * Math.cos(at.heading) - left * Math.sin(at.heading), at.y + ahead * Math.sin(at.heading) + left * Math.cos(at.heading), up);
+    };
+    return { place: world(from), target: world(to) };
+  }
+
+  /** @param {number} time */
+  go(time) {
+    const before = this.eyes();
+    this.time = Math.min(this.stop, Math.max(this.start, time));
+    const now = this.eyes();
+    if (this.view === "driver") {
+      this.camera.position.copy(now.place);
+      this.controls.target.copy(now.target);
+    } else {
+      const step = now.target.clone().sub(before.target);
+      this.camera.position.add(step);
+      this.controls.target.add(step);
+    }
+    this.camera.lookAt(this.controls.target);
+    this.vehicle.place(this.time, this.exaggeration);
+    this.ghost?.place(Math.min(this.time, this.ghost.run.t[this.ghost.run.t.length - 1]), this.exaggeration);
+    this.scrub.value = String(this.time);
+    const s = valueAt(this.run, this.scene.track.distance, this.time);
+    this.clock.textContent = `t = ${this.time.toFixed(2)} s, s = ${shown(Number(s.toFixed(1)))} m`;
+    this.render();
+  }
+
+  render() {
+    this.renderer.render(this.world, this.camera);
+  }
+
+  /** @param {boolean} on */
+  play(on) {
+    this.playing = on;
+    this.button.textContent = on ? "Pause" : "Play";
+    if (!on) return;
+    if (this.time >= this.stop) this.go(this.start);
+    let last = performance.now();
+    const frame = (now) => {
+      if (!this.playing) return;
+      this.go(this.time + ((now - last) / 1000) * this.rate);
+      last = now;
+      this.onTime(this.time);
+      if (this.time >= this.stop) this.play(false);
+      else requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  /** A run of the page beside the stored one, as a ghost. @param {import("./data.js").Run|null} run */
+  overlay(run) {
+    if (this.ghost) this.world.remove(this.ghost.group);
+    this.ghost = run ? new Vehicle(this.scene, run, this.track, true) : null;
+    if (this.ghost) this.world.add(this.ghost.group);
+    this.go(this.time);
+  }
+}
+
+/** Rails and sleepers. @param {Track} track @param {number} half half the gauge, m */
+function rails(track, half) {
+  const group = new THREE.Group();
+  const [from, to] = track.span;
+  const n = Math.min(1200, Math.ceil((to - from) / 0.5));
+  const steel = new THREE.MeshStandardMaterial({ color: 0x7d858f, roughness: 0.4, metalness: 0.5 });
+  for (const side of [half, -half]) {
+    const points = Array.from({ length: n + 1 }, (_, k) => {
+      const at = track.at(from + ((to - from) * k) / n);
+      return new THREE.Vector3(at.x - side * Math.sin(at.heading), at.y + side * Math.cos(at.heading), -0.05);
+    });
+    group.add(new THREE.Mesh(new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), n, 0.05, 6), steel));
+  }
+  const count = Math.min(2000, Math.floor((to - from) / SLEEPERS));
+  const sleepers = new THREE.InstancedMesh(new THREE.BoxGeometry(0.22, 2.4, 0.1), new THREE.MeshStandardMaterial({ color: 0x8c8173, roughness: 1 }), count);
+  const place = new THREE.Object3D();
+  for (let k = 0; k < count; k++) {
+    const at = track.at(from + k * SLEEPERS);
+    place.position.set(at.x, at.y, -0.16);
+    place.rotation.set(0, 0, at.heading);
+    place.updateMatrix();
+    sleepers.setMatrixAt(k, place.matrix);
+  }
+  group.add(sleepers);
+  return group;
+}
