@@ -1,5 +1,6 @@
 """What commands share: options, units on the command line, progress, where words and documents go."""
 
+import io
 import json
 import os
 import sys
@@ -152,6 +153,15 @@ def say(as_json: bool, document: Callable[[], dict[str, Any]], *words: str | Tab
         out = Console(highlight=False, markup=False, emoji=False, width=None if sys.stdout.isatty() else 130)
         for word in words:
             out.print(word, soft_wrap=isinstance(word, str))  # a line stays one line
+
+
+def plain(words: Sequence[str | Table]) -> list[str]:
+    """Words and tables as lines of text without colours."""
+    text = io.StringIO()
+    to = Console(file=text, width=140, highlight=False, color_system=None)
+    for part in words:
+        to.print(part, soft_wrap=isinstance(part, str), markup=False)
+    return [line.rstrip() for line in text.getvalue().splitlines()]
 
 
 def nulled(value: Any) -> Any:

@@ -5,13 +5,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from rich.table import Table
+
 from .. import trajectory
 from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
 from ..trajectory.origin import beside
-from .assessments import Assessed, figure
-from .common import writable
+from .assessments import Assessed, figure, lines, scene
+from .common import plain, writable
+from .given import repeated
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -28,15 +31,18 @@ class Files:
         A figure.
     origin : Origin or None
         Where the results come from; its folder is the one where the command runs.
+    report : Path or None
+        A page of the run.
     """
 
     outputs: tuple[Path, ...]
     plot: Path | None
     origin: Origin | None = None
+    report: Path | None = None
     _places: dict[Path, Path] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        for file in (*self.outputs, *filter(None, [self.plot])):
+        for file in (*self.outputs, *filter(None, [self.plot, self.report])):
             self._places[file] = file.absolute()  # an FMU may change the current folder
 
     def check(self) -> None:
@@ -49,6 +55,10 @@ class Files:
             from .. import figures
 
             writable(self.plot, figures.check_format)
+        if self.report is not None:
+            from ..report import check_format
+
+            writable(self.report, check_format)
 
     def recording(self, select: Sequence[str], every: int, numbers: int, *, always: bool, never: bool) -> Recording:
         """What the run keeps of its `numbers` results, with the first .csv streamed where there are many.
@@ -61,6 +71,7 @@ class Files:
             Where results too many for memory are to go into a format that is written as a whole.
         """
         first = next((file for file in self.outputs if file.suffix == ".csv"), None)
+        never = never or self.report is not None
         streams = first is not None and not never and (always or numbers > AUTO_STREAM)
         if streams and numbers > IN_MEMORY * every:
             for file in self.outputs:
@@ -89,6 +100,26 @@ class Files:
             else:
                 results.save(place, self._seen_from(place))
         return list(self.outputs)
+
+    def page(self, run: Run, found: Sequence[Assessed], certificate: Sequence[str | Table], every: int) -> list[Path]:
+        """Write the page of a run, where one is wished; the files that are there now.
+
+        certificate : the estimate of the coupling error in words. every : macro steps between recorded rows.
+        """
+        if self.report is None:
+            return []
+        from ..report import Told, write_report
+
+        told = Told(
+            command=repeated(),
+            lines=[line for line in lines(found) if line],
+            certificate=plain(certificate),
+            scene=scene,
+            record_every=every,
+            prefer=_drawn(run),
+        )
+        write_report(self._places[self.report], run, told)
+        return [self.report]
 
     def _seen_from(self, place: Path) -> Origin | None:
         """The origin, with the folder where the command runs as the file's own folder sees it."""

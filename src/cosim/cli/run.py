@@ -109,6 +109,9 @@ def command(
     ] = None,
     record_every: Annotated[int, typer.Option(metavar="N", help="record every N-th macro step")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the results, e.g. into a .png file")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="write an .html page that shows the run and runs it again")
+    ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file from time to time")
     ] = None,
@@ -167,7 +170,7 @@ def command(
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
     own = (*(output or ()), *filter(None, [plot, checkpoint, resume]))
     where_from = origin(plan, written=own) if output or as_json else None
-    files = Files(tuple(output or ()), plot, where_from)
+    files = Files(tuple(output or ()), plot, where_from, report)
     files.check()
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
@@ -225,10 +228,12 @@ def command(
                     certificate = certify_run(network, run, end, progress=show)
                 except RunError as error:  # the run itself stands
                     uncertified = f"no certificate: over shorter steps {error}"
+        certified = [] if certificate is None else certificate_words(certificate)
+        written += files.page(run, found, certified, record_every)
         told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
         if where_from is not None:
             told["origin"] = where_from.document()
-        lines = summary_lines(run, in_process, found) + ([] if certificate is None else certificate_words(certificate))
+        lines = summary_lines(run, in_process, found) + certified
         if how is not None:
             told["adaptive"] = {"tolerance": how.tolerance, "estimate": how.estimate, "meaning": how.meaning}
             lines.insert(2, how.meaning)

@@ -89,10 +89,9 @@ def _gyro(end: str, known: set[str]) -> list[dict[str, Any]]:
     for component in (f"gyro_{end}", "gyro"):
         angle = f"{component}.gimbal_angle"
         if angle in known:
-            return [
-                {
-                    "name": f"{end} gimbal", "at": [0.0, 0.0, 0.05], "axis": [0, 1, 0], "angle": angle,
-                    "shapes": [{"role": "gimbal", "size": [0.5, 0.62, 0.08], "at": [0.0, 0.0, 0.0]}, {"role": "rotor", "radius": 0.2, "width": 0.3}],
-                }
-            ]  # fmt: skip
+            shapes = [
+                {"role": "gimbal", "size": [0.5, 0.62, 0.08], "at": [0.0, 0.0, 0.0]},
+                {"role": "rotor", "radius": 0.2, "width": 0.3},
+            ]
+            return [{"name": f"{end} gimbal", "at": [0.0, 0.0, 0.05], "axis": [0, 1, 0], "angle": angle, "shapes": shapes}]
     return []

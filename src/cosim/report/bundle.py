@@ -1,7 +1,7 @@
 """The page's script and style: built from page/ by esbuild, with three.js and uPlot from the npm registry; shipped in wheels.
 
-Nothing of it is committed but its own sources and the lock file. In a checkout it is built once, when it is first needed, and kept
-in the cache of built things under a name made from the sources.
+Nothing of it is committed but its own sources and the lock file. In a checkout it is built once, when it is first needed, and
+kept in the cache of built things under a name made from the sources.
 """
 
 import hashlib

@@ -30,15 +30,20 @@ class Told:
     scene : callable, optional
         Gives the bodies that the page draws, from the names of the signals and the parameters by name; see
         gyro_cosim.railway.scene. None where there is nothing to draw.
+    prefer : sequence of str
+        Signals that are drawn first.
     record_every : int
         Macro steps between recorded rows.
+    notes : sequence of str
+        What a reader must know before he believes the numbers.
     """
 
     command: str = ""
     lines: Sequence[str] = ()
     certificate: Sequence[str] = ()
-    scene: Callable[[Sequence[str], Mapping[str, Any]], dict[str, Any] | None] | None = None
+    scene: Callable[[Sequence[str], Mapping[str, Any]], Mapping[str, Any] | None] | None = None
     record_every: int = 1
+    prefer: Sequence[str] = ()
     notes: Sequence[str] = ()
 
 
@@ -77,6 +82,7 @@ def document(run: Run, told: Told) -> dict[str, Any]:
             {"name": b.name, "residual": b.residual, "exchanged": b.exchanged, "share": b.share, "peak": b.peak_power}
             for b in run.energy
         ],
+        "prefer": list(told.prefer),
         "signals": signals.document(trajectory),
         "module": None if made is None else made.document(),
         "why_not": reason,
@@ -88,7 +94,9 @@ def document(run: Run, told: Told) -> dict[str, Any]:
 def _runs_in_a_page(run: Run) -> None:
     """ValueError where the page's inner loop would not be that of the run."""
     if run.rejections or run.iterations:
-        raise ValueError("a run with an adaptive step or with iterations needs the whole package; the page's inner loop has neither")
+        raise ValueError(
+            "a run with an adaptive step or with iterations needs the whole package; the page's inner loop has neither"
+        )
 
 
 def graph(system: System) -> dict[str, Any]:

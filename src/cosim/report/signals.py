@@ -27,7 +27,7 @@ def thinned(trajectory: Trajectory, rows: int = ROWS) -> tuple[np.ndarray, np.nd
     trajectory : Trajectory
         n rows of m signals.
     rows : int
-        The most rows to give.
+        The most rows to give, at least 2.
 
     Returns
     -------
@@ -42,14 +42,14 @@ def thinned(trajectory: Trajectory, rows: int = ROWS) -> tuple[np.ndarray, np.nd
     n = len(trajectory)
     if n <= rows:
         return trajectory.t, trajectory.values, 1
-    group = -(-2 * n // rows)
+    group = -(-n // (rows // 2))
     starts = np.arange(0, n, group)
     t, values = np.empty(2 * starts.size), np.empty((2 * starts.size, len(trajectory.names)))
-    for k, start in enumerate(starts):
+    for k, start in enumerate(starts.tolist()):
         part = trajectory.values[start : start + group]
         t[2 * k], t[2 * k + 1] = trajectory.t[start], trajectory.t[min(start + group // 2, n - 1)]
         least, greatest = part.min(axis=0), part.max(axis=0)
-        first = np.argmin(part, axis=0) <= np.argmax(part, axis=0)
+        first = part.argmin(axis=0) <= part.argmax(axis=0)
         values[2 * k], values[2 * k + 1] = np.where(first, least, greatest), np.where(first, greatest, least)
     return t, values, group
 

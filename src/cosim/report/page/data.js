@@ -50,5 +50,7 @@ export function valueAt(run, name, time) {
 /** Numbers for people: six digits. @param {number|null|undefined} x */
 export function shown(x) {
   if (x === null || x === undefined || Number.isNaN(x)) return "–";
-  return Number(x.toPrecision(6)).toString().replace("-", "−");
+  const size = Math.abs(x);
+  const text = size !== 0 && (size < 1e-4 || size >= 1e9) ? x.toExponential(3) : Number(x.toPrecision(6)).toString();
+  return text.replaceAll("-", "−");
 }

@@ -22,7 +22,7 @@ export class Engine {
     this.wasm._initialize?.();
     const token = this.text(description.token);
     const name = this.text("run");
-    this.it = this.wasm.fmi2Instantiate(name, 1, token, name, this.wasm.web_callbacks(), 0, 0);
+    this.it = this.wasm.fmi2Instantiate(name, 1, token, name, this.wasm.web_callbacks(), 0, 1);
     if (!this.it) this.fail("the system could not be set up");
     const outputs = description.outputs;
     this.references = this.array(new Uint32Array(outputs.map((v) => v.reference)));

