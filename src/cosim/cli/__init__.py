@@ -29,6 +29,7 @@ COMMANDS = {
     "delay": "delay",
     "sweep": "sweep",
     "plot": "plot",
+    "report": "report",
     "info": "info",
     "params": "parameters",
     "pack": "pack",

@@ -63,9 +63,9 @@ class Railway:
 
     def scene(self, names: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any] | None:
         """The bodies of the first vehicle, for a moving picture; see scene.py."""
-        from .scene import scene
+        from .scene import moving_bodies
 
-        return scene(names, values)
+        return moving_bodies(names, values)
 
     def questions(self, names: Sequence[str]) -> list[str]:
         """Whether each vehicle derails and keeps the limit of Y/Q."""

@@ -8,13 +8,13 @@ body turns about one of its axes, by an angle signal or by a rate signal.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["scene"]
+__all__ = ["moving_bodies"]
 
 AXES = ("lateral_displacement", "vertical_displacement", "yaw_angle", "roll_angle", "pitch_angle")
 PARTS = ("lateral", "vertical", "yaw", "roll", "pitch")
 
 
-def scene(names: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any] | None:
+def moving_bodies(names: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any] | None:
     """The first vehicle among the signals of a run.
 
     Parameters

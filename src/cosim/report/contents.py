@@ -12,6 +12,7 @@ import numpy as np
 
 from ..master import Run
 from ..systems import System, catalogue
+from ..trajectory import Trajectory
 from . import module, signals
 
 
@@ -88,6 +89,31 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         "why_not": reason,
         "check": None if made is None else check(run, told.record_every),
         "scene": None if made is None or told.scene is None else told.scene(trajectory.names, made.values()),
+    }
+
+
+def recorded(runs: Mapping[str, Trajectory], told: Told) -> dict[str, Any]:
+    """The page's document of runs of which only the signals are known."""
+    (title, first), *others = runs.items()
+    return {
+        "title": title,
+        "description": "",
+        "system": None,
+        "run": {"start": float(first.t[0]) if len(first) else None, "stop": float(first.t[-1]) if len(first) else None},
+        "command": told.command,
+        "versions": {"gyro-cosim": metadata.version("gyro-cosim"), "Python": platform.python_version()},
+        "hashes": {},
+        "verdicts": list(told.lines),
+        "certificate": [],
+        "notes": list(told.notes),
+        "bonds": [],
+        "prefer": list(told.prefer),
+        "signals": signals.document(first),
+        "others": [{"name": name, "signals": signals.document(run)} for name, run in others],
+        "module": None,
+        "why_not": "the file of results holds its signals alone; cosim run --report puts the system itself into the page",
+        "check": None,
+        "scene": None,
     }
 
 

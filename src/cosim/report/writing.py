@@ -3,13 +3,15 @@
 import html
 import json
 import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..master import Run
 from ..systems import catalogue
+from ..trajectory import Trajectory
 from . import contents
-from .bundle import PAGE, Bundle, bundle
+from .bundling import PAGE, Bundle, bundle
 
 
 def write_report(file: str | Path, run: Run, told: contents.Told) -> None:
@@ -31,10 +33,37 @@ def write_report(file: str | Path, run: Run, told: contents.Told) -> None:
     RuntimeError
         The page's script is not there and cannot be built.
     """
-    check_format(Path(file))
+    _written(Path(file), lambda: contents.document(run, told))
+
+
+def write_recorded(file: str | Path, runs: Mapping[str, Trajectory], told: contents.Told) -> None:
+    """Write the page of runs of which only the recorded signals are known: the first, with the others over it.
+
+    Parameters
+    ----------
+    file : str or Path
+        An .html file.
+    runs : mapping of str to Trajectory
+        By what they are called; at least one.
+    told : Told
+        What is known besides.
+
+    Raises
+    ------
+    ValueError
+        The file does not end in .html, or there is no run.
+    RuntimeError
+        The page's script is not there and cannot be built.
+    """
+    if not runs:
+        raise ValueError("a report needs at least one run, got none")
+    _written(Path(file), lambda: contents.recorded(runs, told))
+
+
+def _written(file: Path, document: Callable[[], dict[str, Any]]) -> None:
+    check_format(file)
     made = bundle(catalogue.cache_folder())
-    text = page(contents.document(run, told), made)
-    file = Path(file)
+    text = page(document(), made)
     beside = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         beside.write_text(text, encoding="utf-8")

@@ -19,16 +19,16 @@ document.documentElement.dataset.ready = "yes";
 
 function head() {
   const { run } = report;
+  const how = run.algorithm ? [`${run.algorithm}, degree ${run.degree}`, `${run.steps} macro steps of ${shown(run.step * 1000)} ms`] : [];
   const facts = [
-    `${run.algorithm}, degree ${run.degree}`,
-    `${run.steps} macro steps of ${shown(run.step * 1000)} ms`,
+    ...how,
     `t = ${shown(run.start)} to ${shown(run.stop)} s`,
   ];
   document.getElementById("head")?.append(
-    element("p", { class: "kicker" }, "Co-simulation run"),
+    element("p", { class: "kicker" }, run.status ? "Co-simulation run" : "Results of co-simulation runs"),
     element("h1", {}, report.title),
     report.description ? element("p", { class: "lead" }, report.description) : "",
-    element("p", { class: "facts" }, ...facts.map((text) => element("span", {}, text)), element("span", { class: `state ${run.status}` }, run.status === "done" ? "ran to its end" : run.ended_by || run.status)),
+    element("p", { class: "facts" }, ...facts.map((text) => element("span", {}, text)), run.status ? element("span", { class: `state ${run.status}` }, run.status === "done" ? "ran to its end" : run.ended_by || run.status) : ""),
   );
 }
 
@@ -40,7 +40,8 @@ async function fill() {
     const scene = report.scene;
     const distance = scene && stored.names.includes(scene.track.distance) ? scene.track.distance : null;
     let moving = null;
-    const plots = new Plots(stored, { prefer: report.prefer ?? [], distance, onTime: (time) => moving?.go(time) });
+    const others = await Promise.all((report.others ?? []).map(async (other) => ({ name: other.name, run: await unpacked(other.signals) })));
+    const plots = new Plots(stored, { prefer: report.prefer ?? [], distance, called: others.length ? report.title : "stored", others, onTime: (time) => moving?.go(time) });
     if (scene) {
       const place = section("motion", "See it move");
       main.append(place);
@@ -60,7 +61,7 @@ async function fill() {
   } else {
     main.append(section("signals", "Signals", element("p", { class: "notice" }, "The run recorded no rows.")));
   }
-  main.append(section("system", "What ran", ...system()));
+  main.append(section("system", report.system ? "What ran" : "Where it comes from", ...system()));
 }
 
 function verdicts() {
@@ -91,9 +92,11 @@ function system() {
     await navigator.clipboard?.writeText(report.command);
     copy.textContent = "Copied";
   } }, "Copy");
-  const parts = [graph(report.system)];
-  const rows = report.system.components.map((c) => [c.name, c.source, report.hashes[c.name] ? element("code", {}, report.hashes[c.name].slice(0, 16)) : "–"]);
-  parts.push(table("Components", ["name", "source", "SHA-256 of its FMU"], rows));
+  const parts = [];
+  if (report.system) {
+    const rows = report.system.components.map((c) => [c.name, c.source, report.hashes[c.name] ? element("code", {}, report.hashes[c.name].slice(0, 16)) : "–"]);
+    parts.push(graph(report.system), table("Components", ["name", "source", "SHA-256 of its FMU"], rows));
+  }
   if (report.command) parts.push(element("h3", {}, "Repeat it"), element("div", { class: "command" }, element("code", { tabindex: "0" }, report.command), copy));
   if (report.module) {
     const all = report.module.variables.filter((v) => v.causality === "parameter").map((v) => [v.name, shown(Number(v.start)), v.unit, v.description]);

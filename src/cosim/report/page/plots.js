@@ -3,7 +3,7 @@ import uPlot from "uplot";
 import { element } from "./dom.js";
 import { placeOf, shown } from "./data.js";
 
-const COLOURS = { stored: "--line-stored", here: "--line-here" };
+const OTHERS = ["--line-other-1", "--line-other-2", "--line-other-3", "--line-other-4"];
 const HEIGHT = 170;
 const MOST = 8;
 
@@ -19,7 +19,7 @@ const changes = (column) => {
 export class Plots {
   /**
    * @param {import("./data.js").Run} stored
-   * @param {{prefer: string[], distance: string|null, onTime: (time: number) => void}} options
+   * @param {{prefer: string[], distance: string|null, others: {name: string, run: import("./data.js").Run}[], onTime: (time: number) => void}} options
    */
   constructor(stored, options) {
     this.stored = stored;
@@ -100,14 +100,19 @@ export class Plots {
     return this.over === "time" ? run.t : (run.columns.get(this.over) ?? run.t);
   }
 
-  /** Both runs on one axis. @param {string} name */
+  /** The runs that hold a signal, each with what it is called and its colour. @param {string} name */
+  lines(name) {
+    const { others } = this.options;
+    const over = others.map(({ name: called, run }, k) => ({ called, run, ink: OTHERS[k % OTHERS.length] }));
+    const first = { called: over.length || this.here ? this.options.called : name, run: this.stored, ink: "--line-stored" };
+    const here = this.here ? [{ called: "in this page", run: this.here, ink: "--line-here" }] : [];
+    return [first, ...over, ...here].filter(({ run }) => run.columns.has(name));
+  }
+
+  /** All runs on one axis. @param {string} name */
   data(name) {
-    const stored = [this.across(this.stored), this.stored.columns.get(name)];
-    if (!this.here || !this.here.columns.has(name)) return [Array.from(stored[0]), Array.from(stored[1] ?? [])];
-    return uPlot.join([
-      [Array.from(stored[0]), Array.from(stored[1] ?? [])],
-      [Array.from(this.across(this.here)), Array.from(this.here.columns.get(name) ?? [])],
-    ]);
+    const tables = this.lines(name).map(({ run }) => [Array.from(this.across(run)), Array.from(run.columns.get(name) ?? [])]);
+    return tables.length === 1 ? tables[0] : uPlot.join(/** @type {any} */ (tables));
   }
 
   /** @param {string} name */
@@ -116,16 +121,12 @@ export class Plots {
     const ink = colour("--ink");
     const grid = { stroke: colour("--grid"), width: 1 };
     const axis = { stroke: ink, grid, ticks: grid, font: "12px system-ui, sans-serif" };
-    const series = [
-      { label: this.over === "time" ? "t" : "s" },
-      { label: this.here ? "stored" : name, stroke: colour(COLOURS.stored), width: 1.5, spanGaps: true },
-    ];
-    if (this.here) series.push({ label: "in this page", stroke: colour(COLOURS.here), width: 1.5, spanGaps: true });
+    const series = this.lines(name).map(({ called, ink }) => ({ label: called, stroke: colour(ink), width: 1.5, spanGaps: true }));
     const options = {
       width: Math.max(280, this.area.clientWidth || 600),
       height: HEIGHT,
       scales: { x: { time: false } },
-      series,
+      series: [{ label: this.over === "time" ? "t" : "s" }, ...series],
       axes: [axis, { ...axis, size: 64, values: (_, ticks) => ticks.map((x) => shown(x)) }],
       cursor: { sync: { key: "run", setSeries: false }, drag: { x: true, y: false } },
       hooks: {
