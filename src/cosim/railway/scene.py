@@ -27,8 +27,8 @@ def moving_bodies(names: Sequence[str], values: Mapping[str, Any]) -> dict[str, 
     Returns
     -------
     dict, optional
-        `track` (signals of distance and curvature, half the gauge), `bodies`, `forces`; None where there is no vehicle whose
-        motion was recorded. docs/report.md describes them field by field.
+        `signals` that tell most, `track` (signals of distance and curvature, half the gauge), `bodies`, `forces`; None where
+        there is no vehicle whose motion was recorded. docs/report.md describes them field by field.
     """
     known = set(names)
     for name in names:
@@ -70,10 +70,18 @@ def _vehicle(vehicle: str, known: set[str], values: Mapping[str, Any]) -> dict[s
         bodies.append(frame)
     return {
         "vehicle": vehicle,
+        "signals": _telling(vehicle, known),
         "track": {"distance": f"{vehicle}.body_distance", "curvature": f"{vehicle}.curvature", "half_gauge": half},
         "bodies": bodies,
         "forces": [f for f in forces if f["vertical"] in known and f["lateral"] in known],
     }
+
+
+def _telling(vehicle: str, known: set[str]) -> list[str]:
+    """The signals that tell most of a run, which the page draws first."""
+    first = [f"{vehicle}.front_{name}" for name in ("lateral_displacement", "yaw_angle", "guiding_force")]
+    gimbals = [name for name in ("gyro_front.gimbal_angle", "gyro.gimbal_angle") if name in known]
+    return [name for name in (*first, *gimbals) if name in known]
 
 
 def _body(vehicle: str, prefix: str, offset: float, height: float, known: set[str]) -> dict[str, Any]:

@@ -57,6 +57,7 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         made = module.compiled(system, run.algorithm, run.step)
     except (ValueError, RuntimeError) as error:
         reason = str(error)
+    scene = None if made is None or told.scene is None else told.scene(trajectory.names, made.values())
     return {
         "title": system.name,
         "description": system.description,
@@ -83,12 +84,12 @@ def document(run: Run, told: Told) -> dict[str, Any]:
             {"name": b.name, "residual": b.residual, "exchanged": b.exchanged, "share": b.share, "peak": b.peak_power}
             for b in run.energy
         ],
-        "prefer": list(told.prefer),
+        "prefer": [*(scene or {}).get("signals", ()), *told.prefer],
         "signals": signals.document(trajectory),
         "module": None if made is None else made.document(),
         "why_not": reason,
         "check": None if made is None else check(run, told.record_every),
-        "scene": None if made is None or told.scene is None else told.scene(trajectory.names, made.values()),
+        "scene": scene,
     }
 
 

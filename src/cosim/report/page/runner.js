@@ -150,6 +150,8 @@ export class Runner {
     this.bar.hidden = false;
     this.bar.value = 0;
     this.halt.disabled = false;
+    delete this.status.dataset.reproduced;
+    this.status.dataset.state = "running";
     this.status.textContent = "Running.";
   }
 
@@ -169,6 +171,7 @@ export class Runner {
       return;
     }
     this.cancel("");
+    this.status.dataset.state = data.error ? "failed" : "done";
     if (data.error) {
       this.status.textContent = `The run failed: ${data.error}`;
       return;
