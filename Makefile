@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies gallery torture clean
+.PHONY: run test test-all check bench paper studies gallery torture wheel clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -48,8 +48,15 @@ studies: $(READY)
 gallery: $(READY)
 	$(BIN)/python docs/gallery.py
 
+# A wheel that holds the page of a report ready made, so that whoever installs it needs no Node.js. Needs the npm registry.
+wheel: $(DEVELOP)
+	rm -rf src/cosim/report/page/built
+	$(BIN)/python -c "from gyro_cosim.report.bundling import BUILT, build; build(BUILT)"
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+	rm -rf src/cosim/report/page/built
+
 clean:
-	rm -rf .venv results
+	rm -rf .venv results dist
 
 # Debian without python3-venv can still make an environment through virtualenv, where that is installed.
 $(READY): pyproject.toml setup.py

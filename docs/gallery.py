@@ -30,6 +30,7 @@ PICTURES = {
     "convergence": ("cosim converge wheel-pair --plot results/gallery/convergence.png", "results/gallery/convergence.png"),
     "figure_7": ("cosim paper", "results/paper/figure_7.png"),
     "rig": (RIG, "results/gallery/rig.png"),
+    "report": ("python docs/report_picture.py", "results/gallery/report.png"),
     "delay": (DELAY, "results/gallery/delay.png"),
     **{f"study-{s.replace('_', '-')}": (f"python studies/{s}.py", f"results/studies/{s}.png") for s in STUDIES},
 }

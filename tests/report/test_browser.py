@@ -80,6 +80,8 @@ def test_an_unchanged_run_in_the_page_is_identical_to_the_stored_one(page):
 def test_with_the_rotors_stopped_the_vehicle_in_the_page_derails(page):
     for unit in ("gyro_front", "gyro_rear"):
         set_parameter(page, f"{unit}.rotor_speed", "0")
+    page.fill("#stop-time", "20")
+    page.dispatch_event("#stop-time", "change")
     page.click("#again button.main")
     page.wait_for_selector(DONE, timeout=120_000)
     assert "Ended at t = " in page.inner_text(".status")

@@ -10,9 +10,7 @@ from .given import repeated
 
 
 def command(
-    files: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help=".csv files of cosim run; those after the first lie over it")
-    ],
+    files: Annotated[list[Path], typer.Argument(metavar="RUN...", help="files of results; those after the first lie over it")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="an .html file; beside the first RUN otherwise")
     ] = None,
@@ -24,7 +22,7 @@ def command(
     """
     from .. import figures
     from ..report import Told, check_format, write_recorded
-    from ..trajectory import Trajectory, read_csv
+    from ..trajectory import Trajectory, read_results
 
     page = output or files[0].with_suffix(".html")
     writable(page, check_format)
@@ -32,10 +30,7 @@ def command(
     for file in files:
         if not file.is_file():
             raise ValueError(f"file {str(file)!r} must exist")
-        try:
-            runs[str(file)] = read_csv(file)
-        except (ValueError, StopIteration, UnicodeDecodeError) as error:
-            raise ValueError(f"{str(file)!r} must be a .csv that cosim run wrote: {error}") from None
+        runs[str(file)] = read_results(file)
     first = next(iter(runs.values()))
     write_recorded(page, runs, Told(command=repeated(), prefer=figures.worth_drawing(first, 6, lambda name: 0)))
     say(as_json, lambda: {"files": [str(page)]}, f"wrote {page}")
