@@ -216,5 +216,5 @@ def test_report_shows_files_of_results_over_one_another(cosim, tmp_path):
     (tmp_path / "bad.csv").write_text("time,a.y\n0,none\n", encoding="utf-8")
     code, _, said = cosim("report", "bad.csv")
     assert code == 2
-    assert "'bad.csv' must be a .csv that cosim run wrote" in said
+    assert "'bad.csv' must be a .csv that holds results over time" in said
     assert said.count("\n") == 1
