@@ -19,9 +19,9 @@ from .provenance import hash_of_file, hash_of_source, versions
 
 # Options of `run` that decide on no number of its results, with how many words belong to each besides.
 WITHOUT_EFFECT = {
-    "--output": 1, "--plot": 1, "--report": 1, "--checkpoint": 1, "--every": 1, "--resume": 1, "--json": 0, "--realtime": 0, "--overrun": 1,
+    "--output": 1, "--plot": 1, "--checkpoint": 1, "--every": 1, "--resume": 1, "--json": 0, "--realtime": 0, "--overrun": 1,
     "--priority": 1, "--reference": 1, "--tolerance-band": 1, "--certify": 0, "--robust": 0, "--starts": 1, "--within": 1,
-    "--seed": 1, "--integrator-steps": 1,
+    "--report": 1, "--seed": 1, "--integrator-steps": 1,
 }  # fmt: skip
 
 
