@@ -11,17 +11,32 @@ from gyro_cosim.component import Variable, parameter
 from .contact import hertz_patch
 from .kalker import RATIO, coefficients
 
-__all__ = ["DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "WHEEL", "rail_and_contact", "vehicle_parameters"]
+__all__ = [
+    "DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "RUN", "WHEEL", "drive_rows", "rail_and_contact", "vehicle_parameters",
+]  # fmt: skip
 
 TABLE = "Table 2"
 OPEN = "not in the paper"
 YOUNG, POISSON = 2.1e11, 0.28
 PRIMARY_STIFFNESS, PRIMARY_DAMPING = 86700.0, 21000.0  # k in N/m along x, y and z, c in N s/m along x and z, Table 2
 
-MASSES = (
+def drive_rows() -> tuple[Variable, ...]:
+    """What holds the speed."""
+    return (
+        parameter("drive_gain", 20000.0, "N.s/m", "drive force per lack of speed, half at each axle; the drive also carries the "
+                  "rolling drag of straight track", source="ours: holds the speed within 0.05 m/s against 1 kN", min=0.0),
+        parameter("drive_on", 1.0, "1", "1: the drive holds the speed, 0: the vehicle rolls freely", source="ours", min=0.0, max=1.0),
+    )  # fmt: skip
+
+
+RUN = (
     parameter("speed", 5.0, "m/s", "forward speed the drive holds", symbol="v", source="figs. 7 and 8", min=0.5, max=120.0,
               nominal=10.0, display_unit="kmh", tunable=False),
     parameter("gravity", 9.81, "m/s2", "acceleration of gravity", symbol="g", source="standard", min=0.1, tunable=False),
+)  # fmt: skip
+
+MASSES = (
+    *RUN,
     parameter("body_mass", 2000.0, "kg", "mass of the car body", source=TABLE, min=1.0),
     parameter("body_ixx", 3000.0, "kg.m2", "roll inertia of the car body", source=TABLE, min=1e-3),
     parameter("body_iyy", 18166.7, "kg.m2", "pitch inertia of the car body", source=TABLE, min=1e-3),
@@ -74,9 +89,7 @@ DIMENSIONS = (
               source="Table 2: nothing acts between them", min=0.0, nominal=1e4),
     parameter("pivot_inertance", 0.0, "kg.m2", "rotational inerter between a bogie frame and the car body", symbol="b_p",
               source="Table 2: nothing acts between them", min=0.0, nominal=1e3),
-    parameter("drive_gain", 20000.0, "N.s/m", "drive force per lack of speed, half at each axle; the drive also carries the "
-              "rolling drag of straight track", source="ours: holds the speed within 0.05 m/s against 1 kN", min=0.0),
-    parameter("drive_on", 1.0, "1", "1: the drive holds the speed, 0: the vehicle rolls freely", source="ours", min=0.0, max=1.0),
+    *drive_rows(),
 )  # fmt: skip
 
 WHEEL = (

@@ -1,0 +1,204 @@
+"""What a vehicle file says, as values: bodies, wheelsets, what is between them, mounts, drive. Read by `reading`."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from gyro_cosim.component import Variable
+
+from .sections import Vector
+from .values import ZERO, Value
+
+__all__ = ["Body", "Description", "Drive", "Mount", "Pivot", "Springs", "Wheelset"]
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """How a frame hangs in a body: it turns about that body's vertical axis through its own centre, and does nothing else.
+
+    Attributes
+    ----------
+    host : str
+        The body.
+    damping, inertance : Value
+        Of a yaw damper (N m s/rad) and a rotational inerter (kg m2) between the two.
+    """
+
+    host: str
+    damping: Value
+    inertance: Value
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: mass (kg), inertias about its centre (kg m2), where the centre is at rest (m), and its pivot if it has one."""
+
+    name: str
+    meaning: str
+    mass: Value
+    inertia: Vector
+    centre: Vector
+    pivot: Pivot | None = None
+
+
+@dataclass(frozen=True)
+class Wheelset:
+    """A body with a pair of wheels; its centre is on the axle.
+
+    Attributes
+    ----------
+    name, meaning : str
+        What it is called.
+    mass : Value
+        Of everything that moves with it, kg.
+    inertia : Vector
+        Of the same about the axle's middle, kg m2; about y without the wheels' spin.
+    x : Value
+        Where it stands at rest, m.
+    spin_inertia : Value
+        Of one wheel about the axle, or of half a solid axle, kg m2.
+    solid, pitches : bool
+        Whether both wheels turn together; whether the frame or the axle boxes may pitch.
+    load : Value
+        What presses on the axle besides what the file holds, N.
+    flange_side : int
+        1: flanges outside the rails, -1: inside.
+    """
+
+    name: str
+    meaning: str
+    mass: Value
+    inertia: Vector
+    x: Value
+    spin_inertia: Value
+    solid: bool
+    pitches: bool
+    load: Value
+    flange_side: int
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Linear springs and dampers along the axes of `upper`: one, a pair, or four at the corners of a rectangle.
+
+    Attributes
+    ----------
+    name : str
+        What they are called.
+    upper, lower : str
+        The bodies.
+    at : Vector
+        The middle at rest, m.
+    half_x, half_y : Value
+        Half the distances along and across; 0 where there is no second one.
+    stiffness, damping : Vector
+        Of one, N/m and N s/m.
+    """
+
+    name: str
+    upper: str
+    lower: str
+    at: Vector
+    half_x: Value
+    half_y: Value
+    stiffness: Vector
+    damping: Vector
+
+    @property
+    def count(self) -> int:
+        """How many there are: 1, 2 or 4."""
+        return (1 if self.half_x.is_zero else 2) * (1 if self.half_y.is_zero else 2)
+
+
+@dataclass(frozen=True)
+class Mount:
+    """Where a gyro unit rides: three moments come in, the body's three absolute rates go out."""
+
+    name: str
+    body: str
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What holds the speed: force per lack of speed (N s/m) shared by some wheelsets, and whether it is on."""
+
+    wheelsets: tuple[str, ...]
+    gain: Value
+    on: Value
+
+
+@dataclass(frozen=True)
+class Description:
+    """A vehicle.
+
+    Attributes
+    ----------
+    name, text : str
+        Of the component: its variant, and one line on it.
+    parameters : tuple of Variable
+        Every row but those of the track.
+    bodies, wheelsets, springs, mounts : dict by name
+        The parts.
+    drive : Drive
+        What holds the speed.
+    law : str
+        Creep law of the treads, a key of `vehicle.creep_laws.LAWS`.
+    grid : int
+        FASTSIM's strips and cells.
+    knots, harmonics : int
+        Room for the track's data.
+    internal_step : float
+        Longest step (s).
+    """
+
+    name: str
+    text: str
+    parameters: tuple[Variable, ...]
+    bodies: Mapping[str, Body]
+    wheelsets: Mapping[str, Wheelset]
+    springs: Mapping[str, Springs]
+    mounts: Mapping[str, Mount]
+    drive: Drive
+    law: str
+    grid: int
+    knots: int
+    harmonics: int
+    internal_step: float
+
+    def pivoted(self, host: str) -> tuple[Body, ...]:
+        """The frames on pivots of a body."""
+        return tuple(body for body in self.bodies.values() if body.pivot is not None and body.pivot.host == host)
+
+    @property
+    def free(self) -> tuple[Body, ...]:
+        """The bodies with six degrees of freedom, the wheelsets left out."""
+        return tuple(body for body in self.bodies.values() if body.pivot is None)
+
+    def host(self, name: str) -> str:
+        """The body that moves `name`: itself, or the one on whose pivot it turns."""
+        body = self.bodies.get(name)
+        return body.pivot.host if body is not None and body.pivot is not None else name
+
+    def symbols(self) -> dict[str, ca.SX]:
+        """A symbol for every parameter, by name."""
+        return {row.name: ca.SX.sym(row.name) for row in self.parameters}
+
+    def starts(self) -> dict[str, float]:
+        """The parameters' start values."""
+        return {row.name: row.start for row in self.parameters}
+
+    def common_mass(self, s: Mapping[str, Any], name: str) -> tuple[Any, Any, Any]:
+        """(mass, x, height) of a body and the frames on its pivots, of their common centre at rest."""
+        body, frames = self.bodies[name], self.pivoted(name)
+        m = body.mass.of(s)
+        x, _, z = body.centre.of(s)
+        if not frames:
+            return m, x, z
+        of_frame, height = frames[0].mass.of(s), frames[0].centre.z.of(s)  # two, alike and opposite: `rules` sees to it
+        total = m + 2 * of_frame
+        return total, x, (m * z + 2 * of_frame * height) / total
+
+
+NO_VECTOR = Vector(ZERO, ZERO, ZERO)

@@ -1,0 +1,262 @@
+"""From a vehicle file to a `Description`: sections, keys, units, defaults. docs/vehicle-files.md is the schema in words."""
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from gyro_cosim.component import parameter
+from gyro_cosim.component.units import unit
+
+from ..creep_laws import LAWS
+from ..lrt_parameters import RUN, WHEEL, drive_rows, rail_and_contact
+from . import rules
+from .description import Body, Description, Drive, Mount, Pivot, Springs, Wheelset
+from .sections import Book, Section, check_name
+from .values import ZERO, formula
+
+__all__ = ["read", "read_text"]
+
+SECTIONS = ("vehicle", "parameters", "bodies", "wheelsets", "springs", "wheels", "rails", "contact", "mounts", "drive", "track")
+INERTIA = {axis: f"i{axis}{axis}" for axis in "xyz"}
+ON_RAIL = ("rail_crown_radius", "corner_radius", "corner_offset", "corner_depth", "rail_lateral_stiffness")
+T = TypeVar("T")
+STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
+
+
+def read(path: str | Path) -> Description:
+    """Read a vehicle file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A .toml file.
+
+    Returns
+    -------
+    Description
+        What it says, checked.
+
+    Raises
+    ------
+    ValueError
+        In one line: file, key, rule, value.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ValueError(f"vehicle file {str(path)!r} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"vehicle file {str(path)!r} must be UTF-8 text") from None
+    return read_text(text, path.name)
+
+
+def read_text(text: str, file: str) -> Description:
+    """The same for a text, called `file` in messages."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{file}: must be TOML: {error}") from None
+    book = Book(file)
+    if "vehicle" not in data:
+        raise book.error("vehicle", "must be given: the table that makes this a vehicle file")
+    for key in data:
+        if key not in SECTIONS:
+            raise book.unknown("file", "key", key, SECTIONS)
+    head = book.section("vehicle", data["vehicle"])
+    for row in RUN:
+        book.add("vehicle", row)
+    for row in RUN:
+        if head.has(row.name):
+            _overridden(head, row.name, row.name)
+    name = head.text("name", re.sub(r"\W", "_", Path(file).stem))
+    check_name(book, "vehicle.name", name)
+    line = head.text("description", "Vehicle of the file " + file)
+    law = head.text("creep_law", "polach", LAWS)
+    step = head.measured("internal_step", head.text("internal_step"), "s")[0] if head.has("internal_step") else STEP
+    if not 1e-6 <= step <= 0.01:
+        raise head.error("internal_step", "must be from 1 us to 10 ms", head.data["internal_step"])
+    head.end()
+    _parameters(book, data.get("parameters", {}))
+    flange_side = _profiles(book, data)
+    bodies = _each(book, data, "bodies", _body)
+    wheelsets = _each(book, data, "wheelsets", lambda one, key: _wheelset(one, key, flange_side))
+    springs = _each(book, data, "springs", _springs)
+    mounts = _each(book, data, "mounts", _mount)
+    drive = _drive(book, data, wheelsets)
+    track = book.section("track", data.get("track", {}))
+    knots, harmonics = track.count("knots", 4, 200), track.count("harmonics", 0, 200)
+    track.end()
+    found = Description(
+        name, line, tuple(book.rows.values()), bodies, wheelsets, springs, mounts, drive, law, 7, knots, harmonics, step
+    )
+    rules.check(book, found)
+    return found
+
+
+def _each(book: Book, data: Mapping[str, Any], kind: str, make: Callable[[Section, str], T]) -> dict[str, T]:
+    """The parts of a kind, in the file's order; `like = "OTHER"` takes over what another one before it says."""
+    tables = data.get(kind, {})
+    if not isinstance(tables, dict):
+        raise book.error(kind, "must be a table of tables", tables)
+    parts: dict[str, T] = {}
+    sections: dict[str, Section] = {}
+    for name, table in tables.items():
+        check_name(book, kind, name)
+        section = book.section(f"{kind}.{name}", table, prefix=name)
+        if section.has("like"):
+            other = section.text("like")
+            if other not in sections:
+                raise book.unknown(section.key("like"), f"part of {kind} before this one", other, sections)
+            section.inherit(sections[other])
+        parts[name], sections[name] = make(section, name), section
+    return parts
+
+
+def _parameters(book: Book, tables: Any) -> None:
+    """Named parameters: value, meaning, source, min, max, assumed, symbol."""
+    whole = book.section("parameters", tables if isinstance(tables, dict) else tables)
+    for name, table in whole.data.items():
+        check_name(book, "parameters", name)
+        one = book.section(f"parameters.{name}", table)
+        text = one.text("value")
+        used = re.sub(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", "", text).strip() or "1"
+        try:
+            si = _si(used)
+        except ValueError as error:
+            raise one.error("value", str(error), text) from None
+
+        def number(key: str, one: Section = one, si: str = si) -> float | None:
+            return one.measured(key, one.text(key), si)[0] if one.has(key) else None
+
+        assumed = None
+        if one.has("assumed"):
+            ends = one.names("assumed")
+            if len(ends) != 2:
+                raise one.error("assumed", "must be two values, the least and the largest", ends)
+            assumed = (one.measured("assumed", ends[0], si)[0], one.measured("assumed", ends[1], si)[0])
+        try:
+            row = parameter(
+                name, one.measured("value", text, si)[0], si, one.text("meaning", name.replace("_", " ")),
+                symbol=one.text("symbol", ""), source=one.source, assumed=assumed, min=number("min"), max=number("max"),
+                nominal=number("nominal"), display_unit=used if used != si else None,
+            )  # fmt: skip
+        except ValueError as error:
+            raise book.error(f"parameters.{name}", f"is not allowed: {error}") from None
+        one.end()
+        book.add(f"parameters.{name}", row)
+
+
+def _si(name: str) -> str:
+    """The SI unit of a unit's dimension, written with the units that engineers use."""
+    wanted = unit(name)
+    if wanted.factor == 1.0 and wanted.offset == 0.0:
+        return name
+    for known in ("1", "m", "kg", "s", "rad", "m/s", "rad/s", "m/s2", "N", "N.m", "kg.m2", "N/m", "N.s/m", "N.m/rad", "N.m.s/rad",
+                  "Pa", "W", "1/m", "rad/m", "s/m"):  # fmt: skip
+        if unit(known).dimension == wanted.dimension:
+            return known
+    raise ValueError("must be in an SI unit, or in one of a usual quantity")
+
+
+def _overridden(section: Section, key: str, name: str) -> None:
+    """Give the row `name`, which is there, the start value that the file has under `key`."""
+    row = section.book.rows[name]
+    number = section.measured(key, section.text(key), row.unit)[0]
+    section.book.rows[name] = rules.started(section.book, section.key(key), row, number)
+
+
+def _profiles(book: Book, data: Mapping[str, Any]) -> int:
+    """Wheel, rail and contact: rows of the package, with the file's start values; on which side the flanges are (1 outside).
+
+    One wheel and one rail profile for the whole vehicle, each of `profile = "conical"`: the place where profiles read from
+    files join.
+    """
+    for row in (*WHEEL, *rail_and_contact()):
+        book.add("wheels", row)
+    side = "outside"
+    for kind, own in (("wheels", tuple(row.name for row in WHEEL)), ("rails", ON_RAIL)):
+        tables = data.get(kind, {})
+        if not isinstance(tables, dict) or len(tables) > 1:
+            raise book.error(kind, "must be a table of one profile, the same under every wheel", list(tables))
+        for name, table in tables.items():
+            section = book.section(f"{kind}.{name}", table)
+            section.text("profile", "conical" if kind == "wheels" else "round", ("conical",) if kind == "wheels" else ("round",))
+            if kind == "wheels":
+                side = section.text("flange", side, ("inside", "outside"))
+            for key in own:
+                if section.has(key):
+                    _overridden(section, key, key)
+            section.end()
+    contact = book.section("contact", data.get("contact", {}))
+    for key in (row.name for row in rail_and_contact() if row.name not in ON_RAIL):
+        if contact.has(key):
+            _overridden(contact, key, key)
+    contact.end()
+    return 1 if side == "outside" else -1
+
+
+def _body(one: Section, name: str) -> Body:
+    pivot = None
+    if one.has("on_pivot"):
+        pivot = Pivot(
+            one.text("on_pivot"),
+            one.value("pivot_damping", "N.m.s/rad", least=0.0, default=ZERO),
+            one.value("pivot_inertance", "kg.m2", least=0.0, default=ZERO),
+        )
+    body = Body(
+        name, one.what, one.value("mass", "kg", above=0.0), one.vector("inertia", "kg.m2", needed="xyz", above=0.0, names=INERTIA),
+        one.vector("centre", "m", "xz", needed="z"), pivot,
+    )  # fmt: skip
+    one.end()
+    return body
+
+
+def _wheelset(one: Section, name: str, flange_side: int) -> Wheelset:
+    solid = one.text("axle", among=("solid", "independent")) == "solid"
+    pitches = one.flag("pitches", not solid)
+    found = Wheelset(
+        name, one.what, one.value("mass", "kg", above=0.0),
+        one.vector("inertia", "kg.m2", needed="xyz" if pitches else "xz", above=0.0, names=INERTIA),
+        one.value("x", "m", default=ZERO), one.value("spin_inertia", "kg.m2", above=0.0), solid, pitches,
+        one.value("load", "N", default=ZERO), flange_side,
+    )  # fmt: skip
+    one.end()
+    return found
+
+
+def _springs(one: Section, name: str) -> Springs:
+    between = one.names("between")
+    if len(between) != 2:
+        raise one.error("between", "must name two bodies, the upper one first", between)
+    half = one.vector("half_spacing", "m", "xy", least=0.0)
+    found = Springs(
+        name, between[0], between[1], one.vector("at", "m", "xz", needed="z"), half.x, half.y,
+        one.vector("stiffness", "N/m", least=0.0), one.vector("damping", "N.s/m", least=0.0),
+    )  # fmt: skip
+    one.end()
+    return found
+
+
+def _mount(one: Section, name: str) -> Mount:
+    mount = Mount(name, one.text("on"))
+    one.end()
+    return mount
+
+
+def _drive(book: Book, data: Mapping[str, Any], wheelsets: Mapping[str, Wheelset]) -> Drive:
+    for row in drive_rows():
+        book.add("drive", row)
+    one = book.section("drive", data.get("drive", {}))
+    for key, name in (("gain", "drive_gain"), ("on", "drive_on")):
+        if one.has(key):
+            _overridden(one, key, name)
+    drive = Drive(tuple(one.names("wheelsets", list(wheelsets))), formula("drive_gain"), formula("drive_on"))
+    for name in drive.wheelsets:
+        if name not in wheelsets:
+            raise book.unknown(one.key("wheelsets"), "wheelset", name, wheelsets)
+    one.end()
+    return drive
+
