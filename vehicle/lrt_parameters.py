@@ -12,7 +12,8 @@ from .contact import hertz_patch
 from .kalker import RATIO, coefficients
 
 __all__ = [
-    "DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "RUN", "WHEEL", "drive_rows", "rail_and_contact", "vehicle_parameters",
+    "DIMENSIONS", "MASSES", "PRIMARY_DAMPING", "PRIMARY_STIFFNESS", "RUN", "WHEEL", "drive_rows", "rail_and_contact",
+    "vehicle_parameters",
 ]  # fmt: skip
 
 TABLE = "Table 2"
@@ -20,12 +21,14 @@ OPEN = "not in the paper"
 YOUNG, POISSON = 2.1e11, 0.28
 PRIMARY_STIFFNESS, PRIMARY_DAMPING = 86700.0, 21000.0  # k in N/m along x, y and z, c in N s/m along x and z, Table 2
 
+
 def drive_rows() -> tuple[Variable, ...]:
     """What holds the speed."""
     return (
         parameter("drive_gain", 20000.0, "N.s/m", "drive force per lack of speed, half at each axle; the drive also carries the "
                   "rolling drag of straight track", source="ours: holds the speed within 0.05 m/s against 1 kN", min=0.0),
-        parameter("drive_on", 1.0, "1", "1: the drive holds the speed, 0: the vehicle rolls freely", source="ours", min=0.0, max=1.0),
+        parameter("drive_on", 1.0, "1", "1: the drive holds the speed, 0: the vehicle rolls freely", source="ours", min=0.0,
+                  max=1.0),
     )  # fmt: skip
 
 

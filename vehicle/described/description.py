@@ -33,7 +33,7 @@ class Pivot:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: mass (kg), inertias about its centre (kg m2), where the centre is at rest (m), and its pivot if it has one."""
+    """A rigid body: mass (kg), inertias about its centre (kg m2), where that is at rest (m), and its pivot if it has one."""
 
     name: str
     meaning: str

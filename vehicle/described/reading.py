@@ -117,7 +117,7 @@ def _each(book: Book, data: Mapping[str, Any], kind: str, make: Callable[[Sectio
 
 def _parameters(book: Book, tables: Any) -> None:
     """Named parameters: value, meaning, source, min, max, assumed, symbol."""
-    whole = book.section("parameters", tables if isinstance(tables, dict) else tables)
+    whole = book.section("parameters", tables)
     for name, table in whole.data.items():
         check_name(book, "parameters", name)
         one = book.section(f"parameters.{name}", table)
@@ -207,7 +207,8 @@ def _body(one: Section, name: str) -> Body:
             one.value("pivot_inertance", "kg.m2", least=0.0, default=ZERO),
         )
     body = Body(
-        name, one.what, one.value("mass", "kg", above=0.0), one.vector("inertia", "kg.m2", needed="xyz", above=0.0, names=INERTIA),
+        name, one.what, one.value("mass", "kg", above=0.0),
+        one.vector("inertia", "kg.m2", needed="xyz", above=0.0, names=INERTIA),
         one.vector("centre", "m", "xz", needed="z"), pivot,
     )  # fmt: skip
     one.end()
@@ -259,4 +260,3 @@ def _drive(book: Book, data: Mapping[str, Any], wheelsets: Mapping[str, Wheelset
             raise book.unknown(one.key("wheelsets"), "wheelset", name, wheelsets)
     one.end()
     return drive
-

@@ -8,7 +8,7 @@ from gyro_cosim.component import Bond, Variable, input_, output, state
 from ..lrt_signals import body_rows
 from ..wheel_report import REPORT
 from .description import Description, Wheelset
-from .equations import spins
+from .moving import spins
 
 __all__ = ["bonds", "signals"]
 
@@ -35,8 +35,8 @@ def signals(d: Description) -> tuple[Variable, ...]:
     for one in d.wheelsets.values():
         for side in ("left", "right"):
             wheel = f"{one.name}_{side}"
-            rows += [output(f"{wheel}_{name}", unit, f"{wheel.replace('_', ' ')} wheel: {meaning}", symbol=symbol, nominal=nominal)
-                     for name, unit, meaning, symbol, nominal in REPORT]  # fmt: skip
+            rows += [output(f"{wheel}_{name}", unit, f"{wheel.replace('_', ' ')} wheel: {meaning}", symbol=symbol,
+                            nominal=nominal) for name, unit, meaning, symbol, nominal in REPORT]  # fmt: skip
     rows += [
         output("curvature", "1/m", "curvature of the track under the car body", symbol="kappa", nominal=0.01),
         output("drive_power", "W", "power of the drive", nominal=1e3),
@@ -66,13 +66,21 @@ def _wheelset(one: Wheelset) -> list[Variable]:
 def _mounts(d: Description, there: set[str]) -> list[Variable]:
     """What a unit feels, by the mount's name: an output where no state is called so."""
     names = {"yaw": "psi'", "roll": "phi'", "pitch": "theta'"}
+    missing = [(mount, axis) for mount in d.mounts for axis in AXES if f"{mount}_{axis}_rate" not in there]
     return [
-        output(f"{mount}_{axis}_rate", "rad/s", f"{mount}: absolute {axis} rate of {d.mounts[mount].body}", symbol=names[axis], nominal=0.1)
-        for mount in d.mounts for axis in AXES if f"{mount}_{axis}_rate" not in there
-    ]  # fmt: skip
+        output(
+            f"{mount}_{axis}_rate",
+            "rad/s",
+            f"{mount}: absolute {axis} rate of {d.mounts[mount].body}",
+            symbol=names[axis],
+            nominal=0.1,
+        )
+        for mount, axis in missing
+    ]
 
 
 def bonds(d: Description) -> tuple[Bond, ...]:
     """The power bonds of the mounts."""
-    return tuple(Bond(mount, axis, motion=f"{mount}_{axis}_rate", effort=f"{mount}_{axis}_moment") for mount in d.mounts for axis in AXES)
-
+    return tuple(
+        Bond(mount, axis, motion=f"{mount}_{axis}_rate", effort=f"{mount}_{axis}_moment") for mount in d.mounts for axis in AXES
+    )

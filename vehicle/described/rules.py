@@ -8,6 +8,7 @@ from gyro_cosim.component import Variable
 
 from .description import Body, Description, Wheelset
 from .sections import Book
+from .statics import not_carried
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,6 +57,10 @@ def check(book: Book, d: Description) -> None:
         if mount.body not in parts:
             raise book.unknown(f"mounts.{mount.name}.on", "body", mount.body, parts)
     _connected(book, d, parts)
+    fallen = not_carried(d)
+    if fallen is not None:
+        kind = "bodies" if fallen in d.bodies else "wheelsets"
+        raise book.error(f"{kind}.{fallen}", "must be carried: no spring with a stiffness along z holds its height or its pitch")
 
 
 def _possible(book: Book, key: str, inertias: list[float]) -> None:
@@ -84,8 +89,9 @@ def _pivots(book: Book, d: Description) -> None:
         if abs(x[0] + x[1]) > ALIKE * (abs(x[0]) + 1) or x[0] <= x[1]:
             raise book.error(f"bodies.{one.name}.centre.x", f"must be as far ahead as that of {other.name} is behind, the one "
                              "ahead first", x)  # fmt: skip
-        for what, a, b in (("mass", one.mass, other.mass), ("centre.z", one.centre.z, other.centre.z),
-                           *((f"inertia.{axis}", getattr(one.inertia, axis), getattr(other.inertia, axis)) for axis in "xyz")):  # fmt: skip
+        pairs = [("mass", one.mass, other.mass), ("centre.z", one.centre.z, other.centre.z)]
+        pairs += [(f"inertia.{axis}", getattr(one.inertia, axis), getattr(other.inertia, axis)) for axis in "xyz"]
+        for what, a, b in pairs:
             if abs(book.number(a) - book.number(b)) > ALIKE * abs(book.number(a)):
                 raise book.error(f"bodies.{other.name}.{what}", f"must be that of {one.name}: frames on pivots are alike", b.text)
 
@@ -107,4 +113,6 @@ def _connected(book: Book, d: Description, parts: Iterable[str]) -> None:
     apart = [name for name in joined if name not in reached]
     if apart:
         kind = "bodies" if apart[0] in d.bodies else "wheelsets"
-        raise book.error(f"{kind}.{apart[0]}", f"must be connected to the rest by springs or a pivot, nothing joins it to {first!r}")
+        raise book.error(
+            f"{kind}.{apart[0]}", f"must be connected to the rest by springs or a pivot, nothing joins it to {first!r}"
+        )

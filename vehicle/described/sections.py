@@ -159,8 +159,9 @@ class Section:
             values[axis] = part.value(axis, unit_, least=least, above=above, default=ZERO, meaning=f"along {axis}", under=under)
         part.asked -= {"source", "meaning"}
         part.end()
-        self.taken[name] = Vector(*(values.get(axis, ZERO) for axis in "xyz"))
-        return self.taken[name]
+        found = Vector(*(values.get(axis, ZERO) for axis in "xyz"))
+        self.taken[name] = found
+        return found
 
     def end(self) -> None:
         """Refuse keys that nobody has asked for."""
@@ -178,12 +179,12 @@ class Section:
     def _read(self, name: str, given: Any, unit_: str, least: float | None, meaning: str, under: str) -> Value:
         if isinstance(given, int | float) and not isinstance(given, bool):
             if given != 0 and unit_ != "1":
-                raise self.error(name, f"must have a unit, such as \"{given:g} {unit_}\"", given)
+                raise self.error(name, f'must have a unit, such as "{given:g} {unit_}"', given)
             given = repr(given) if unit_ == "1" else "0"
             if given in ("0", "0.0"):
                 return ZERO
         if not isinstance(given, str):
-            raise self.error(name, f"must be a text such as \"1 {unit_}\"", given)
+            raise self.error(name, f'must be a text such as "1 {unit_}"', given)
         if is_literal(given):
             own = "_".join(part for part in (self.prefix, under or name) if part)
             row = self._row(name, own, given, unit_, least, meaning or name.replace("_", " "))
@@ -219,7 +220,7 @@ class Section:
         except ValueError as error:
             raise self.error(name, str(error)) from None
         if bare and unit_ != "1" and number != 0.0:
-            raise self.error(name, f"must have a unit, such as \"{given.strip()} {unit_}\"", given)
+            raise self.error(name, f'must have a unit, such as "{given.strip()} {unit_}"', given)
         if not math.isfinite(number):
             raise self.error(name, "must be finite", given)
         used = re.sub(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*", "", given).strip()

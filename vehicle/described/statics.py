@@ -21,7 +21,7 @@ import numpy as np
 from .description import Description
 from .draws import Draws
 
-__all__ = ["Statics", "statics"]
+__all__ = ["Statics", "at_rest", "not_carried"]
 
 HELD = 1e-9  # least eigenvalue of the scaled stiffness: below it nothing carries a body
 
@@ -44,7 +44,9 @@ class _Laid:
     turn: ca.SX
 
 
-def _equations(s: Mapping[str, ca.SX], d: Description, draws: Draws) -> tuple[list[tuple[str, str]], dict[str, _Laid], ca.SX, ca.SX]:
+def _equations(
+    s: Mapping[str, ca.SX], d: Description, draws: Draws
+) -> tuple[list[tuple[str, str]], dict[str, _Laid], ca.SX, ca.SX]:
     """Unknowns as ("z" or "theta", body), springs, stiffness matrix and loads."""
     names = [body.name for body in d.free]
     unknowns = [("z", name) for name in names]
@@ -78,7 +80,7 @@ def _equations(s: Mapping[str, ca.SX], d: Description, draws: Draws) -> tuple[li
     return unknowns, laid, K, f
 
 
-def statics(s: Mapping[str, ca.SX], d: Description, draws: Draws) -> Statics:
+def at_rest(s: Mapping[str, ca.SX], d: Description, draws: Draws) -> Statics:
     """Solve for the preloads; `s` are the symbols by name."""
     _, laid, K, f = _equations(s, d, draws)
     q = ca.ldl_solve(f, *ca.ldl(K)) if f.numel() else f

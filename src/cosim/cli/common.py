@@ -20,7 +20,7 @@ from ..coupling import ALGORITHMS
 from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
-from ..systems.catalogue import systems
+from ..systems.catalogue import described_by, systems
 from .kept import voice
 from .log import shown_plainly
 from .settings import applied, words
@@ -31,7 +31,8 @@ Gyro = Annotated[
     typer.Option("--gyro", metavar="VARIANT", help="the gyro unit: a variant, PACKAGE:VARIANT, a .py file or an .fmu file"),
 ]
 Vehicle = Annotated[
-    str | None, typer.Option("--vehicle", metavar="VARIANT", help="the vehicle; short for --swap vehicle=VARIANT")
+    str | None,
+    typer.Option("--vehicle", metavar="VARIANT", help="the vehicle, or a .toml file of one; short for --swap vehicle=VARIANT"),
 ]
 Swaps = Annotated[
     list[str] | None,
@@ -72,7 +73,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on
 
 def is_system(name: str) -> bool:
     """Whether `name` is that of a system, and not of a component or an FMU."""
-    return name in systems() or name.endswith((".ssd", ".ssp", ".toml"))
+    return name in systems() or (name.endswith((".ssd", ".ssp", ".toml")) and described_by(name) is None)
 
 
 def chosen_system(

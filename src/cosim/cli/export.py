@@ -12,7 +12,12 @@ VERSIONS = {"2": ("2",), "3": ("3",), "both": ("2", "3")}
 
 
 def command(
-    component: Annotated[str, typer.Argument(metavar="COMPONENT[:VARIANT]", help="such as gyro_unit:nonlinear, or a .py file")],
+    component: Annotated[
+        str,
+        typer.Argument(
+            metavar="COMPONENT[:VARIANT]", help="such as gyro_unit:nonlinear, a .py file, or the .toml file of a vehicle"
+        ),
+    ],
     fmi: Annotated[str, typer.Option(metavar="2|3|both", help="FMI version")] = "2",
     platform: Annotated[str, typer.Option(metavar="host|all|NAMES", help="platforms that the FMUs run on")] = "host",
     directory: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="where to write")] = Path(),

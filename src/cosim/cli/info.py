@@ -48,7 +48,7 @@ def command(
 
 def _is_component(name: str) -> bool:
     head = name.rpartition(":")[0] if ":" in name and not name.endswith(".py") else name
-    return head.endswith(".py") or head in catalogue.components()
+    return head.endswith(".py") or head in catalogue.components() or catalogue.described_by(name) is not None
 
 
 def component_document(spec: str) -> dict[str, Any]:

@@ -49,7 +49,10 @@ class Row:
 
 def command(
     name: Annotated[
-        str, typer.Argument(metavar="SOURCE", help="a system, a component such as vehicle:lrt, an .fmu or a .py file")
+        str,
+        typer.Argument(
+            metavar="SOURCE", help="a system, a component such as vehicle:lrt, an .fmu, a .py or a vehicle's .toml file"
+        ),
     ],
     vehicle: Vehicle = None,
     gyro: Gyro = None,
@@ -83,7 +86,7 @@ def single(source: str) -> System:
     """A component or an FMU as a system of its own, called by its package or file."""
     spec = source if source.endswith(".fmu") else catalogue.resolve(source)
     file = spec.rpartition(":")[0] if ".py:" in spec else spec
-    name = Path(file).stem if file.endswith((".fmu", ".py")) else spec.partition(":")[0]
+    name = Path(file).stem if file.endswith((".fmu", ".py", ".toml")) else spec.partition(":")[0]
     return System(spec, (SystemComponent(re.sub(r"\W", "_", name), spec),), ())
 
 

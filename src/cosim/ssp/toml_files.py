@@ -114,7 +114,7 @@ def _checked(given: Any, needed: tuple[str, ...], more: tuple[str, ...], where: 
 def _component(name: str, given: Any, folder: Path, where: str) -> SystemComponent:
     table = _checked(given, ("source",), ("parameters", "implementation"), where)
     source = table["source"]
-    if source.partition("#")[0].endswith((".fmu", ".ssp", ".py")) or ".py:" in source:
+    if source.partition("#")[0].endswith((".fmu", ".ssp", ".py", ".toml")) or ".py:" in source:
         source = str(folder / source)
     values = {}
     for key, value in _table(table, "parameters", where).items():

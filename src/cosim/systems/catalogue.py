@@ -1,13 +1,15 @@
 """What is installed: components, systems and exporters, found through entry points, so that cosim names none of them.
 
 A component is called `PACKAGE:VARIANT` ("gyro_unit:nonlinear"), `PACKAGE` (its first variant), or by a Python file that
-defines `component` ("my_gyro.py", "my_gyro.py:other_name"): a Component or a function without arguments that makes one.
+defines `component` ("my_gyro.py", "my_gyro.py:other_name"): a Component or a function without arguments that makes one. Or by
+a TOML file that describes a variant of a package ("my_vehicle.toml"): its table of the package's name says whose.
 """
 
 import hashlib
 import os
 import platform
 import tempfile
+import tomllib
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -49,8 +51,29 @@ def entries(kind: str) -> metadata.EntryPoints:
     return metadata.entry_points(group=f"{GROUP}.{kind}")
 
 
+def described_by(spec: str) -> str | None:
+    """The package of which a TOML file describes a variant: the one whose name is that of a table in it; None if there is none.
+
+    Entry points of the group `gyro_cosim.files` name, per package, the function that makes a component of such a file.
+    """
+    if not (spec.endswith(".toml") and Path(spec).is_file()):
+        return None
+    try:
+        tables = tomllib.loads(Path(spec).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return None
+    return next((entry.name for entry in sorted(entries("files")) if isinstance(tables.get(entry.name), dict)), None)
+
+
 def resolve(spec: str) -> str:
     """`spec` in full: "gyro_unit" -> "gyro_unit:linear"; a Python file -> "FILE.py:NAME". ValueError if it is not there."""
+    if spec.endswith(".toml"):
+        if not Path(spec).is_file():
+            raise ValueError(f"component file {spec!r} must exist")
+        if described_by(spec) is None:
+            known = " or ".join(f"[{entry.name}]" for entry in sorted(entries("files")))
+            raise ValueError(f"component file {spec!r} must be TOML with a table {known}")
+        return spec
     head, _, tail = spec.rpartition(":") if ":" in spec and not spec.endswith(".py") else (spec, "", "")
     if head.endswith(".py"):
         if not Path(head).is_file():
@@ -83,6 +106,10 @@ def component(spec: str) -> Any:
     ValueError
         Where it is not there, cannot be loaded, or is no component.
     """
+    package = described_by(spec)
+    if package is not None:
+        (entry,) = entries("files").select(name=package)
+        return entry.load()(spec)
     head, _, name = resolve(spec).rpartition(":")
     if head.endswith(".py"):
         module_spec = util.spec_from_file_location(Path(head).stem, head)
@@ -178,7 +205,7 @@ def cache_folder() -> Path:
 def _module(spec: str) -> str:
     """The module that makes a component; empty for a file."""
     head, _, name = spec.rpartition(":")
-    return "" if head.endswith(".py") else components()[head][name].partition(":")[0]
+    return "" if head.endswith(".py") or spec.endswith(".toml") else components()[head][name].partition(":")[0]
 
 
 def _is_ours(spec: str) -> bool:

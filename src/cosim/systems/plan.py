@@ -170,9 +170,9 @@ class System:
         ending = self.exchange.ending if self.exchange and set(chosen) <= set(self.addressed(self.exchange.component)) else ""
 
         def swapped(component: SystemComponent) -> str:
-            if source.endswith(".fmu") or ".py" in source or ":" in source:
+            if source.endswith((".fmu", ".toml")) or ".py" in source or ":" in source:
                 return source
-            package = component.source.partition(":")[0]
+            package = catalogue.described_by(component.source) or component.source.partition(":")[0]
             if package.endswith((".fmu", ".py")):
                 what = f"since {component.source!r} has no variants"
                 raise ValueError(f"variant {source!r} must be given as PACKAGE:VARIANT, {what}")

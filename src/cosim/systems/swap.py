@@ -14,10 +14,12 @@ _NAME = re.compile(r"[A-Za-z_][\w.]*(\[[\d,]+\])?")
 
 
 def package(source: str) -> str:
-    """What a source is a variant of: "vehicle" for "vehicle:lrt" and for "vehicle.lrt.fmu"; a file of one's own is itself."""
+    """What a source is a variant of: "vehicle" for "vehicle:lrt", "vehicle.lrt.fmu", a vehicle file; another is itself."""
     if source.endswith(".fmu"):
         spec = catalogue.spec_of_fmu(source.replace("\\", "/").replace("#", "/").rpartition("/")[2])
         return source if spec is None else spec.partition(":")[0]
+    if source.endswith(".toml"):
+        return catalogue.described_by(source) or source
     return source if ".py" in source else source.partition(":")[0]
 
 

@@ -1,0 +1,146 @@
+"""Vehicles from files: what a file says is what the component does; what it must not say is refused in one line."""
+
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyro_cosim import system
+from gyro_cosim.cli import main
+from gyro_cosim.component import Component
+from gyro_cosim.systems import catalogue
+from gyro_cosim.vehicle.described.component import component_of
+from gyro_cosim.vehicle.described.reading import read_text
+
+LRT = files("gyro_cosim.vehicle").joinpath("library", "lrt.toml").read_text(encoding="utf-8")
+CART = """
+[vehicle]
+description = "A body on two wheelsets"
+[bodies.body]
+mass = "8 t"
+inertia = { x = "6000 kg.m2", y = "30000 kg.m2", z = "30000 kg.m2" }
+centre = { x = "0.5 m", z = "1.4 m" }
+[wheelsets.front]
+axle = "solid"
+x = "3 m"
+mass = "1.4 t"
+inertia = { x = "800 kg.m2", z = "800 kg.m2" }
+spin_inertia = "60 kg.m2"
+[wheelsets.rear]
+like = "front"
+x = "-3 m"
+[springs.front]
+between = ["body", "front"]
+at = { x = "3 m", z = "0.5 m" }
+half_spacing = { y = "1 m" }
+stiffness = { x = "2 kN/mm", y = "1 kN/mm", z = "0.4 kN/mm" }
+damping = { z = "10 kN.s/m" }
+[springs.rear]
+like = "front"
+between = ["body", "rear"]
+at = { x = "-3 m", z = "0.5 m" }
+[wheels.coned]
+flange = "inside"
+conicity = "0.05"
+conicity_gradient = "0 1/m"
+flange_clearance = "7 mm"
+"""
+
+
+def outputs(c: Component, x: np.ndarray | None = None, **values: float) -> dict[str, float]:
+    """Outputs and rates by name at the start, or at x."""
+    p = [values.get(v.name, v.start) for v in c.parameters]
+    at = c.start_state if x is None else x
+    y = np.array(c.output(at, c.start_input, p)).ravel()
+    rates = np.array(c.rhs(at, c.start_input, p)).ravel()
+    found = dict(zip((v.name for v in c.outputs), y, strict=True))
+    return found | {f"{v.name}'": rate for v, rate in zip(c.states, rates, strict=True)}
+
+
+def test_a_file_stands_at_rest_with_its_weight_on_the_wheels() -> None:
+    """The body stands 0.5 m ahead of the middle of two equal springs 6 m apart: the lever gives 7 / 12 and 5 / 12 of it."""
+    cart = component_of(read_text(CART, "cart.toml"))
+    for speed in (5.0, 30.0):
+        y = outputs(cart, speed=speed)
+        for end, share in (("front", 3.5 / 6), ("rear", 2.5 / 6)):
+            for side in ("left", "right"):
+                load = (8000.0 * share + 1400.0) * 9.81 / 2
+                assert y[f"{end}_{side}_vertical_force"] == pytest.approx(load, rel=1e-9)
+        rest = [value for name, value in y.items() if name.endswith("'") and not name.endswith("distance'")]
+        assert np.abs(rest).max() < 1e-6
+    assert cart.spec == "vehicle:cart"
+    assert next(v for v in cart.parameters if v.name == "body_mass").start == 8000.0
+
+
+def test_parts_that_are_alike_share_their_parameters() -> None:
+    cart = component_of(read_text(CART, "cart.toml"))
+    names = {v.name for v in cart.parameters}
+    assert {"front_mass", "front_stiffness_z"} <= names
+    assert not {n for n in names if n.startswith("rear") and n not in ("rear_x", "rear_at_x", "rear_at_z")}
+
+
+def test_the_file_of_the_paper_takes_the_place_of_its_vehicle(tmp_path: Path) -> None:
+    """A system keeps what it has bound for the vehicle: the file is a variant of the package `vehicle`."""
+    file = tmp_path / "mine.toml"
+    file.write_text(LRT.replace('name = "lrt"', ""), encoding="utf-8")
+    plan = system("lrt-curve")
+    swapped = plan.with_source("vehicle", str(file))
+    assert swapped.notes == plan.notes
+    (before,), (after,) = ([c for c in one.components if c.name == "vehicle"] for one in (plan, swapped))
+    assert after.bound == before.bound
+    own, theirs = (catalogue.component(c.source) for c in (after, before))
+    assert own.spec == "vehicle:mine"
+    x = {v.name: 1e-3 * (i % 7 - 3) for i, v in enumerate(theirs.states)}
+    a, b = (outputs(c, np.array([x[v.name] for v in c.states]), **before.bound) for c in (own, theirs))
+    assert a.keys() == b.keys()
+    assert max(abs(a[name] - b[name]) / max(abs(b[name]), 1.0) for name in a) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('mass = "8 t"', 'mas = "8 t"', "cart.toml: bodies.body.mass must be given"),
+        ('mass = "8 t"', 'mass = "8 t"\nmas = 3', "cart.toml: bodies.body: unknown key 'mas'; did you mean 'mass'?"),
+        ("[springs.front]", "[spring.front]", "cart.toml: file: unknown key 'spring'; did you mean 'springs'?"),
+        (', z = "30000 kg.m2" }', " }", "cart.toml: bodies.body.inertia.z must be given"),
+        ('x = "6000 kg.m2", y', 'x = "90 t.m2", y',
+         "cart.toml: bodies.body.inertia.x must be at most the other two together, 60000 kg.m2, got 90000.0"),
+        ('["body", "rear"]', '["body", "front"]',
+         "cart.toml: wheelsets.rear must be connected to the rest by springs or a pivot, "
+         "nothing joins it to 'body'"),
+        ('z = "0.4 kN/mm"', 'z = "-0.4 kN/mm"', "cart.toml: springs.front.stiffness.z must be at least 0 N/m, got '-0.4 kN/mm'"),
+        ('z = "0.4 kN/mm"', 'z = "0 N/m"', "cart.toml: bodies.body must be carried: no spring with a stiffness along z holds its "
+         "height or its pitch"),
+        ('mass = "8 t"', 'mass = "8 m"', "cart.toml: bodies.body.mass unit 'm' cannot be expressed in 'kg'"),
+        ('mass = "8 t"', "mass = 8000", "cart.toml: bodies.body.mass must have a unit, such as \"8000 kg\", got 8000"),
+        ('mass = "8 t"', 'mass = "2 * weight"', "cart.toml: bodies.body.mass: unknown parameter 'weight'; known: conicity, "),
+        ('mass = "8 t"', 'mass = "2 * speed"', "cart.toml: bodies.body.mass must be in kg, got '2 * speed'"),
+        ('mass = "8 t"', 'mass = "open(1)"', "cart.toml: bodies.body.mass must use + - * / ** and brackets only, got 'open(1)'"),
+        ('axle = "solid"', 'axle = "solled"', "cart.toml: wheelsets.front.axle: unknown choice 'solled'; did you mean 'solid'?"),
+        ('["body", "rear"]', '["bodi", "rear"]', "cart.toml: springs.rear.between: unknown body 'bodi'; did you mean 'body'?"),
+        ("[wheels.coned]", '[mounts.one]\non = "fron"\n[wheels.coned]',
+         "cart.toml: mounts.one.on: unknown body 'fron'; did you mean 'front'?"),
+        ('conicity = "0.05"', 'conicity = "7"', "cart.toml: wheels.coned.conicity must be at most 1, got 7"),
+        ("[vehicle]", "[vehicle]\nspeed = \"0 m/s\"", "cart.toml: vehicle.speed must be at least 0.5 m/s, got 0"),
+        ("[vehicle]", "[vehicle", "cart.toml: must be TOML:"),
+    ],
+)  # fmt: skip
+def test_bad_files_are_refused_in_one_line(old: str, new: str, says: str) -> None:
+    assert old in CART
+    with pytest.raises(ValueError, match="cart") as told:
+        read_text(CART.replace(old, new, 1), "cart.toml")
+    assert str(told.value).startswith(says)
+    assert "\n" not in str(told.value)
+
+
+def test_nothing_is_exported_from_a_bad_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "cart.toml"
+    file.write_text(CART.replace('mass = "8 t"', ""), encoding="utf-8")
+    assert main(["export", str(file), "-o", str(tmp_path / "built")]) == 2
+    assert capsys.readouterr().err == "cosim: cart.toml: bodies.body.mass must be given\n"
+    assert not (tmp_path / "built").exists()
+    assert main(["export", str(tmp_path / "none.toml")]) == 2
+    (tmp_path / "other.toml").write_text("[system]\n", encoding="utf-8")
+    assert main(["export", str(tmp_path / "other.toml")]) == 2
+    assert "must be TOML with a table [vehicle]" in capsys.readouterr().err
