@@ -30,7 +30,7 @@ def file(tmp_path_factory):
     run = simulate(plan, stop=12.0)
     assert run.status == "done"
     made = tmp_path_factory.mktemp("page") / "curve.html"
-    write_report(made, run, Told(command="cosim run lrt-curve", lines=["passed"], scene=moving_bodies))
+    write_report(made, run, Told(command="cosim run lrt-curve", lines=["passed"], scene=moving_bodies, variants=["off_full"]))
     return made
 
 
@@ -86,6 +86,19 @@ def test_with_the_rotors_stopped_the_vehicle_in_the_page_derails(page):
     page.wait_for_selector(DONE, timeout=120_000)
     assert "Ended at t = " in page.inner_text(".status")
     assert "derailed" in page.inner_text(".status")
+
+
+def test_the_menu_puts_another_variant_in_place(page):
+    page.select_option("#variant", "off_full")
+    page.wait_for_function("document.querySelector('.status').innerText.includes('off_full in place')")
+    page.fill("#stop-time", "20")
+    page.click("#again button.main")
+    page.wait_for_selector(DONE, timeout=120_000)
+    assert "derailed" in page.inner_text(".status")
+    page.select_option("#variant", "")
+    page.fill("#stop-time", "12")
+    page.click("#again button.main")
+    page.wait_for_selector("[data-reproduced=identical]", timeout=120_000)
 
 
 def test_plots_and_the_vehicle_are_drawn_and_the_animation_moves(page):

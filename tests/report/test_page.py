@@ -1,8 +1,10 @@
 """The page of a run: whole in one file, inert data, and the same bits when its WebAssembly runs the system again."""
 
+import base64
 import json
 import re
 import subprocess
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,16 +41,18 @@ def in_node(document, tmp_path, values=None, steps=500, every=1, text=None):
     names = document["check"]["names"]
     outputs = [found[name] for name in names]
     told = {
-        "module": document["module"]["wasm"], "values": values or {}, "steps": steps, "every": every,
+        "module": document["module"]["wasm"], "values": document["module"]["given"] | (values or {}),
+        "steps": steps, "every": every,
         "step": document["run"]["step"],
         "description": {"token": document["module"]["token"], "outputs": outputs, "inputs": [], "variables": found},
     }  # fmt: skip
     (tmp_path / "told.json").write_text(json.dumps(told), encoding="utf-8")
     script = f"""
         import fs from "node:fs";
+        import zlib from "node:zlib";
         import {{ Engine, rows, fingerprint }} from {json.dumps(ENGINE.as_uri())};
         const told = JSON.parse(fs.readFileSync({json.dumps(str(tmp_path / "told.json"))}));
-        const made = new WebAssembly.Module(Buffer.from(told.module, "base64"));
+        const made = new WebAssembly.Module(zlib.inflateSync(Buffer.from(told.module, "base64")));
         if (WebAssembly.Module.imports(made).length) throw new Error("it imports something");
         try {{
           const all = [];
@@ -81,6 +85,27 @@ def test_a_changed_parameter_changes_the_page_as_it_changes_a_run(document, tmp_
     found = in_node(document, tmp_path, values={"gyro.rotor_speed": 20.0})
     assert found["end"] == simulate(changed, stop=0.5).trajectory.values[-1].tolist()
     assert found["fingerprint"] != document["check"]["fingerprint"]
+
+
+def test_values_make_no_module_anew(run, monkeypatch):
+    monkeypatch.setattr(module, "pack_fmu", lambda *arguments, **options: pytest.fail("compiled again"))
+    faster = run.system.with_value("vehicle.speed", 5.0)
+    made = module.compiled(faster, run.algorithm, run.step).with_values(module.given(faster))
+    assert made.given["vehicle.speed"] == 5.0
+    assert next(v["start"] for v in made.variables if v["name"] == "vehicle.speed") == 5.0
+
+
+def test_a_variant_of_the_menu_gives_the_bits_of_a_run_with_it(run, document, tmp_path):
+    assert {"nonlinear", "off", "multibody"} <= set(module.exchangeable(run.system))
+    assert "nonlinear_full" not in module.exchangeable(run.system)
+    (offered,) = contents.variants(run, Told(variants=["off", "none_such"]), document["module"]["given"])
+    variables = json.loads(zlib.decompress(base64.b64decode(offered["module"]["variables"])))
+    other = simulate(run.system.with_source("gyro", "off"), stop=0.5)
+    changed = document | {
+        "module": offered["module"] | {"variables": variables},
+        "check": {"names": list(other.trajectory.names)},
+    }
+    assert in_node(changed, tmp_path)["end"] == other.trajectory.values[-1].tolist()
 
 
 def test_a_value_outside_its_bounds_is_refused_in_the_components_own_words(document, tmp_path):

@@ -13,8 +13,9 @@ from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
 from ..trajectory.origin import beside
 from .assessments import Assessed, figure, lines, scene
-from .common import plain, writable
+from .common import plain, progress, writable
 from .given import repeated
+from .settings import words
 
 AUTO_STREAM = 2_000_000  # numbers from which a .csv file is written while the run goes on, so that memory stays bounded
 
@@ -33,12 +34,15 @@ class Files:
         Where the results come from; its folder is the one where the command runs.
     report : Path or None
         A page of the run.
+    variants : str
+        Of the component that people exchange, those that the page offers: all, none, or names with commas.
     """
 
     outputs: tuple[Path, ...]
     plot: Path | None
     origin: Origin | None = None
     report: Path | None = None
+    variants: str = "all"
     _places: dict[Path, Path] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -110,7 +114,9 @@ class Files:
             return []
         from ..report import Told, write_report
 
+        named = {"all": None, "none": ()}
         told = Told(
+            variants=named[self.variants] if self.variants in named else words(self.variants),
             command=repeated(),
             lines=[line for line in lines(found) if line],
             certificate=plain(certificate),
@@ -118,7 +124,8 @@ class Files:
             record_every=every,
             prefer=_drawn(run),
         )
-        write_report(self._places[self.report], run, told)
+        with progress("making the page") as show:
+            write_report(self._places[self.report], run, replace(told, progress=show))
         return [self.report]
 
     def _seen_from(self, place: Path) -> Origin | None:

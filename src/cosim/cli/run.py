@@ -112,6 +112,10 @@ def command(
     report: Annotated[
         Path | None, typer.Option(metavar="FILE", help="write an .html page that shows the run and runs it again")
     ] = None,
+    offered: Annotated[
+        str | None,
+        typer.Option("--report-variants", metavar="all|none|A,B", help="what the page has for the exchanged part; all else"),
+    ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file from time to time")
     ] = None,
@@ -161,6 +165,7 @@ def command(
     needs("--estimate", estimate, "--adaptive", adaptive is not None)
     needs("--overrun", overrun, "--realtime", realtime)
     needs("--priority", priority, "--realtime", realtime)
+    needs("--report-variants", offered, "--report", report is not None)
     needs("--every", every, "--checkpoint", checkpoint is not None)
     if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
         raise ValueError("--certify needs an even macro step and all results of the whole run")
@@ -170,7 +175,7 @@ def command(
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
     own = (*(output or ()), *filter(None, [plot, checkpoint, resume]))
     where_from = origin(plan, written=own) if output or as_json else None
-    files = Files(tuple(output or ()), plot, where_from, report)
+    files = Files(tuple(output or ()), plot, where_from, report, offered or "all")
     files.check()
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None

@@ -37,6 +37,10 @@ class Told:
         Macro steps between recorded rows.
     notes : sequence of str
         What a reader must know before he believes the numbers.
+    variants : sequence of str, optional
+        Of the component that people exchange in the system, those that the page's menu offers; None for all that fit.
+    progress : callable, optional
+        Called with (done, total) while variants are compiled.
     """
 
     command: str = ""
@@ -46,15 +50,19 @@ class Told:
     record_every: int = 1
     prefer: Sequence[str] = ()
     notes: Sequence[str] = ()
+    variants: Sequence[str] | None = ()
+    progress: Callable[[int, int], Any] | None = None
 
 
 def document(run: Run, told: Told) -> dict[str, Any]:
     """The page's document of one run. A system that cannot run in a page is shown all the same, with the reason."""
     system, trajectory = run.system, run.trajectory
-    made, reason = None, ""
+    made, reason, values = None, "", {}
     try:
         _runs_in_a_page(run)
-        made = module.compiled(system, run.algorithm, run.step)
+        bare = module.compiled(system, run.algorithm, run.step)
+        values = module.given(system)
+        made = bare.with_values(values)
     except (ValueError, RuntimeError) as error:
         reason = str(error)
     scene = None if made is None or told.scene is None else told.scene(trajectory.names, made.values())
@@ -87,10 +95,23 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         "prefer": [*(scene or {}).get("signals", ()), *told.prefer],
         "signals": signals.document(trajectory),
         "module": None if made is None else made.document(),
+        "variants": [] if made is None else variants(run, told, values),
         "why_not": reason,
         "check": None if made is None else check(run, told.record_every),
         "scene": scene,
     }
+
+
+def variants(run: Run, told: Told, values: Mapping[str, float]) -> list[dict[str, Any]]:
+    """The modules of the page's menu, by name; those that cannot be compiled for a page are left out."""
+    wanted = module.exchangeable(run.system) if told.variants is None else told.variants
+    found = []
+    for done, (name, made) in enumerate(module.exchanged(run.system, run.algorithm, run.step, wanted), start=1):
+        if made is not None:
+            found.append({"name": name, "module": made.with_values(values).folded()})
+        if told.progress is not None:
+            told.progress(done, len(wanted))
+    return found
 
 
 def recorded(runs: Mapping[str, Trajectory], told: Told) -> dict[str, Any]:
@@ -112,6 +133,7 @@ def recorded(runs: Mapping[str, Trajectory], told: Told) -> dict[str, Any]:
         "signals": signals.document(first),
         "others": [{"name": name, "signals": signals.document(run)} for name, run in others],
         "module": None,
+        "variants": [],
         "why_not": "the file of results holds its signals alone; cosim run --report puts the system itself into the page",
         "check": None,
         "scene": None,
@@ -130,6 +152,7 @@ def graph(system: System) -> dict[str, Any]:
     """Components and what is exchanged between them."""
     return {
         "components": [{"name": c.name, "source": c.source} for c in system.components],
+        "exchanged": list(system.addressed(system.exchange.component)) if system.exchange is not None else [],
         "connections": [{"start": list(c.start), "end": list(c.end)} for c in system.connections],
     }
 

@@ -16,7 +16,12 @@ FNV_START, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
 
 def packed(numbers: np.ndarray, kind: str = "<f4") -> str:
     """Numbers as text: of the type `kind`, row by row, deflated, in base 64."""
-    return base64.b64encode(zlib.compress(np.ascontiguousarray(numbers, dtype=kind).tobytes(), 9)).decode()
+    return deflated(np.ascontiguousarray(numbers, dtype=kind).tobytes())
+
+
+def deflated(content: bytes) -> str:
+    """Bytes as text, deflated, in base 64."""
+    return base64.b64encode(zlib.compress(content, 9)).decode()
 
 
 def thinned(trajectory: Trajectory, rows: int = ROWS) -> tuple[np.ndarray, np.ndarray, int]:

@@ -1,5 +1,5 @@
 /** Change a parameter and run the system again, here. */
-import { bytes, shown } from "./data.js";
+import { inflated, shown } from "./data.js";
 import { element } from "./dom.js";
 
 const ROWS = 3000;
@@ -16,19 +16,49 @@ export class Runner {
   constructor(report, workerText, onRun) {
     this.report = report;
     this.onRun = onRun;
-    const all = report.module.variables;
-    const byName = Object.fromEntries(all.map((v) => [v.name, v]));
-    const outputs = all.filter((v) => v.causality === "output" && v.type === "real");
-    this.description = { token: report.module.token, outputs, inputs: [], variables: byName };
-    this.order = report.check.names.map((name) => outputs.findIndex((v) => v.name === name));
-    this.parameters = all.filter((v) => v.causality === "parameter" && v.start !== null && v.name !== "macro_step");
+    this.use(report.module);
     this.values = {};
     this.workerText = workerText;
     this.element = this.build();
   }
 
+  /** @param {any} module what runs: the stored system, or one with a variant in it */
+  use(module) {
+    this.module = module;
+    const all = module.variables;
+    const byName = Object.fromEntries(all.map((v) => [v.name, v]));
+    const outputs = all.filter((v) => v.causality === "output" && v.type === "real");
+    this.description = { token: module.token, outputs, inputs: [], variables: byName };
+    this.order = module === this.report.module ? this.report.check.names.map((name) => outputs.findIndex((v) => v.name === name)) : [];
+    this.parameters = all.filter((v) => v.causality === "parameter" && v.start !== null && v.name !== "macro_step");
+  }
+
+  /** @param {string} name of a variant, or "" for the stored one */
+  async choose(name) {
+    const chosen = this.report.variants.find((variant) => variant.name === name);
+    if (chosen && typeof chosen.module.variables === "string") {
+      chosen.module.variables = JSON.parse(new TextDecoder().decode(await inflated(chosen.module.variables)));
+    }
+    this.use(chosen ? chosen.module : this.report.module);
+    this.variant = chosen ? name : "";
+    const known = new Set(this.parameters.map((v) => v.name));
+    const lost = Object.keys(this.values).filter((parameter) => !known.has(parameter));
+    for (const parameter of lost) delete this.values[parameter];
+    this.offer();
+    this.tell(lost.length ? ` ${this.report.system.exchanged.join(", ")} has no ${lost.join(", ")} any more.` : "");
+  }
+
+  /** What differs from the stored run. @param {string} more */
+  tell(more = "") {
+    const n = Object.keys(this.values).length;
+    const parts = [this.variant && `${this.variant} in place of the stored variant`, n && `${n} parameter${n > 1 ? "s" : ""} changed`].filter(Boolean);
+    this.status.textContent = (parts.length ? `${parts.join(", ")}.` : "Unchanged: a run here must give the stored results to the last bit.") + more;
+  }
+
   build() {
-    this.status = element("p", { role: "status", class: "status" }, "Unchanged: a run here must give the stored results to the last bit.");
+    this.status = element("p", { role: "status", class: "status" });
+    this.variant = "";
+    this.tell();
     this.bar = element("progress", { max: "1", value: "0", "aria-label": "progress of the run", hidden: true });
     this.go = element("button", { type: "button", class: "main", onclick: () => this.start() }, "Run it here");
     this.halt = element("button", { type: "button", disabled: true, onclick: () => this.cancel("Stopped.") }, "Stop");
@@ -36,11 +66,16 @@ export class Runner {
     this.stop = element("input", { type: "number", step: "any", min: "0", value: this.report.run.stop, id: "stop-time" });
     this.filter = element("input", { type: "search", placeholder: "find a parameter", "aria-label": "find a parameter", oninput: () => this.offer() });
     this.fields = element("div", { class: "parameters" });
+    this.menu = element("select", { id: "variant", onchange: (event) => this.choose(event.target.value) });
+    const { components, exchanged } = this.report.system;
+    const stored = components.find((c) => exchanged.includes(c.name))?.source.split(":").at(-1) ?? "";
+    this.menu.append(element("option", { value: "" }, `${stored} (stored)`), ...this.report.variants.map(({ name }) => element("option", { value: name }, name)));
+    const menu = this.report.variants.length ? [element("label", { for: "variant" }, `${exchanged.join(", ")} `, this.menu)] : [];
     this.offer();
     return element(
       "div",
       {},
-      element("div", { class: "tools" }, this.go, this.halt, this.reset, element("label", { for: "stop-time" }, "until t in s ", this.stop), this.filter),
+      element("div", { class: "tools" }, this.go, this.halt, this.reset, ...menu, element("label", { for: "stop-time" }, "until t in s ", this.stop), this.filter),
       this.bar,
       this.status,
       this.fields,
@@ -116,20 +151,23 @@ export class Runner {
     if (value === v.start) delete this.values[v.name];
     else this.values[v.name] = value;
     row.classList.toggle("changed", v.name in this.values);
-    const n = Object.keys(this.values).length;
-    this.status.textContent = n ? `${n} parameter${n > 1 ? "s" : ""} changed.` : "Unchanged: a run here must give the stored results to the last bit.";
+    this.tell();
   }
 
   back() {
     this.values = {};
+    this.menu.value = "";
+    this.variant = "";
+    this.use(this.report.module);
     this.stop.value = this.report.run.stop;
     this.offer();
     this.status.textContent = "All as stored.";
     this.onRun(null, []);
   }
 
-  start() {
+  async start() {
     this.cancel("");
+    const module = this.module;
     const { start, step, record_every: every } = this.report.run;
     const stop = this.stop.valueAsNumber;
     const steps = Math.round((stop - start) / step);
@@ -139,13 +177,13 @@ export class Runner {
     }
     const shownEvery = every * Math.max(1, Math.ceil(steps / every / ROWS));
     const checked = this.report.check.every;
-    this.unchanged = !Object.keys(this.values).length && steps === Math.round((this.report.run.stop - start) / step);
+    this.unchanged = module === this.report.module && !Object.keys(this.values).length && steps === Math.round((this.report.run.stop - start) / step);
     this.worker = new Worker(URL.createObjectURL(new Blob([this.workerText], { type: "text/javascript" })));
     this.worker.onmessage = ({ data }) => this.hear(data);
     this.worker.onerror = (event) => this.hear({ error: event.message || "the page's worker cannot be started" });
     this.worker.postMessage({
-      wasm: bytes(this.report.module.wasm),
-      run: { description: this.description, order: this.order, values: this.values, start, step, steps, every: common(shownEvery, checked), shown: shownEvery, checked },
+      wasm: await inflated(module.wasm),
+      run: { description: this.description, order: this.order, values: { ...module.given, ...this.values }, start, step, steps, every: common(shownEvery, checked), shown: shownEvery, checked },
     });
     this.bar.hidden = false;
     this.bar.value = 0;
@@ -188,6 +226,6 @@ export class Runner {
     } else {
       this.status.textContent = `Done in ${took}.${end}`;
     }
-    this.onRun(run, Object.keys(this.values));
+    this.onRun(run, [...(this.variant ? [this.variant] : []), ...Object.keys(this.values)]);
   }
 }
