@@ -218,7 +218,7 @@ def test_a_check_covers_the_last_row():
 
 def test_run_writes_a_report(cosim, tmp_path):
     file = tmp_path / "pair.html"
-    code, said, _ = cosim("run", "wheel-pair", "--stop", "0.1", "--report", str(file))
+    code, said, _ = cosim("run", "wheel-pair", "--stop", "0.1", "--report", str(file), "--report-variants", "none")
     assert code == 0
     assert f"wrote {file}" in said
     assert f"cosim run wheel-pair --stop 0.1 --report {file}" in Path(file).read_text(encoding="utf-8")
@@ -243,3 +243,18 @@ def test_report_shows_files_of_results_over_one_another(cosim, tmp_path):
     assert code == 2
     assert "'bad.csv' must be a .csv that holds results over time" in said
     assert said.count("\n") == 1
+
+
+def test_a_file_that_says_where_it_comes_from_becomes_a_page_that_runs(cosim):
+    assert cosim("run", "wheel-pair", "--stop", "0.2", "--output", "pair.csv")[0] == 0
+    assert cosim("report", "pair.csv", "--again", "--report-variants", "none", "-o", "pair.html")[0] == 0
+    text = Path("pair.html").read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1))
+    assert found["module"]["wasm"]
+    assert found["run"]["stop"] == 0.2
+    lines = Path("pair.csv").read_text(encoding="utf-8").splitlines()
+    Path("pair.csv").write_text("\n".join([*lines[:-1], lines[-1].replace("0.2,", "0.2,1", 1)]) + "\n", encoding="utf-8")
+    code, _, said = cosim("report", "pair.csv", "--again", "--report-variants", "none", "-o", "other.html")
+    assert code == 1
+    assert "must come out again for the page to hold the system" in said
+    assert not Path("other.html").exists()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,23 +35,63 @@ def command(
     What has changed since, versions and files, is told before. Exit code 1 unless every bit is the same: the first signal and
     time that differ are named. The command runs in the folder where it ran then, as seen from RESULT.
     """
-    before, origin = read_with_origin(file)
-    if origin is None:
-        raise ValueError(f"{str(file)!r} must say where it comes from: cosim run writes FILE.origin.json beside .csv and .mat")
-    if origin.command[:1] != ("run",):
-        said = " ".join(origin.command) or "no command"
-        raise ValueError(f"{str(file)!r} must come from cosim run to be run again, it comes from {said!r}")
-    folder = (file.resolve().parent / origin.folder).resolve()
-    if not folder.is_dir():
-        raise ValueError(f"{str(file)!r}: the folder where its command ran must exist, {str(folder)!r} does not")
-    arguments = [*_deciding(origin.command)]
-    changed = [*_changed(origin, folder)]
-    tell(changed)
-    after = _run_again(arguments, folder, file.suffix)
-    different = first_difference(before, after)
-    told = document(file, arguments, changed, before, different)
-    say(as_json, lambda: told, f"cosim {' '.join(arguments)}", _words(before, different))
+    made = Made.of(file)
+    tell(made.changed)
+    after = made.again()
+    different = first_difference(made.results, after)
+    told = document(file, made.arguments, made.changed, made.results, different)
+    say(as_json, lambda: told, f"cosim {' '.join(made.arguments)}", _words(made.results, different))
     return 0 if different is None else 1
+
+
+@dataclass(frozen=True)
+class Made:
+    """Results, and what made them.
+
+    Attributes
+    ----------
+    file : Path
+        Where they stand.
+    results : Trajectory
+        As they were read.
+    arguments : tuple of str
+        Of `cosim`, those that decide on the results.
+    folder : Path
+        Where the command ran.
+    changed : tuple of str
+        What is not as it was then, a line each.
+    """
+
+    file: Path
+    results: Trajectory
+    arguments: tuple[str, ...]
+    folder: Path
+    changed: tuple[str, ...]
+
+    @classmethod
+    def of(cls, file: Path) -> "Made":
+        """What a file says; ValueError where it says nothing, or its command cannot be run again."""
+        results, origin = read_with_origin(file)
+        if origin is None:
+            rule = "must say where it comes from: cosim run writes FILE.origin.json beside .csv and .mat"
+            raise ValueError(f"{str(file)!r} {rule}")
+        if origin.command[:1] != ("run",):
+            said = " ".join(origin.command) or "no command"
+            raise ValueError(f"{str(file)!r} must come from cosim run to be run again, it comes from {said!r}")
+        folder = (file.resolve().parent / origin.folder).resolve()
+        if not folder.is_dir():
+            raise ValueError(f"{str(file)!r}: the folder where its command ran must exist, {str(folder)!r} does not")
+        return cls(file, results, (*_deciding(origin.command),), folder, (*_changed(origin, folder),))
+
+    def again(self, *more: str) -> Trajectory:
+        """The results of the command, run in a process of its own with `more` options, in a file of the same format."""
+        with tempfile.TemporaryDirectory(prefix="cosim-reproduce-") as scratch:
+            result = Path(scratch) / f"again{self.file.suffix}"
+            call = [sys.executable, "-P", "-m", "gyro_cosim", *self.arguments, "--output", str(result), *more]
+            done = subprocess.run(call, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=None, env=os.environ, check=False)
+            if not result.is_file():
+                raise RunError(f"the command must give results again, it left with exit code {done.returncode} and none")
+            return read_with_origin(result)[0]
 
 
 def document(
@@ -104,14 +145,3 @@ def _changed_files(hashes: Mapping[str, str]) -> Iterator[str]:
             continue
         if present != digest:
             yield f"{name} has changed"
-
-
-def _run_again(arguments: Sequence[str], folder: Path, suffix: str) -> Trajectory:
-    """The results of `cosim` with these arguments, in a process of its own, into a file of the same format."""
-    with tempfile.TemporaryDirectory(prefix="cosim-reproduce-") as scratch:
-        result = Path(scratch) / f"again{suffix}"
-        call = [sys.executable, "-P", "-m", "gyro_cosim", *arguments, "--output", str(result)]
-        done = subprocess.run(call, cwd=folder, stdout=subprocess.DEVNULL, stderr=None, env=os.environ, check=False)
-        if not result.is_file():
-            raise RunError(f"the command must give results again, it left with exit code {done.returncode} and none")
-        return read_with_origin(result)[0]
