@@ -20,7 +20,10 @@ COMMANDS = [
 VARIANT = next(text for kind, text in BLOCKS if kind == "python" and text.startswith("# my_gyro.py"))
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command",
+    [pytest.param(c, marks=pytest.mark.slow) if "cosim paper" in c else c for c in COMMANDS],  # tests/cli draws all of the paper
+)
 def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> None:
     Path("my_gyro.py").write_text(VARIANT)
     for name in re.findall(r"[\w.]+\.(?:fmu|ssp|toml)", command):  # what an earlier command of the README has made

@@ -45,7 +45,7 @@ def run(
         ("gyro_unit:hil", "nonlinear", True),
         ("gyro_unit:hil", "nonlinear", False),
         (f"{HERE}:around_multibody", "multibody", True),
-        (f"{HERE}:around_twin", "twin", True),
+        pytest.param(f"{HERE}:around_twin", "twin", True, marks=pytest.mark.slow),
     ],
     ids=["nonlinear", "nonlinear-fmu", "multibody", "twin"],
 )

@@ -69,7 +69,7 @@ def test_course_and_runs_agree_on_the_largest_delay_within_tolerances() -> None:
 @pytest.mark.parametrize(
     ("name", "stable", "kept"),
     [
-        ("linear", 1.3, 2.5),
+        pytest.param("linear", 1.3, 2.5, marks=pytest.mark.slow),
         pytest.param("quadratic", 1.3, 2.5, marks=pytest.mark.slow),
         pytest.param("nepce", 1.3, 1.3, marks=pytest.mark.slow),
         ("model:linear", 4.0, 4.0),

@@ -28,6 +28,7 @@ def test_closed_loop_with_the_plain_gimbal_is_that_of_the_law() -> None:
         np.testing.assert_allclose(p, characteristic_polynomial(pair, g), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_no_stable_unit_stabilises_a_pair_that_spin_creep_turns_aside() -> None:
     """Random units of up to four states, active ones too; and with an unstable unit it can be done, or the test shows nothing."""
     rng = np.random.default_rng(2)

@@ -134,7 +134,9 @@ def test_model_exchange_and_co_simulation_agree(name: str, isolate: bool, built:
     assert got.events == {"a": 71 if name == "sampled" else 0}
 
 
-@pytest.mark.parametrize("algorithm", [Jacobi(0), Jacobi(2), Iterated(1)], ids=lambda a: f"{a.name} {a.degree}")
+@pytest.mark.parametrize(
+    "algorithm", [Jacobi(0), Jacobi(2), pytest.param(Iterated(1), marks=pytest.mark.slow)], ids=lambda a: f"{a.name} {a.degree}"
+)
 def test_algorithms_keep_their_order(algorithm: Algorithm, built: Callable) -> None:
     """Two pendulums that drive one another, against the same by Co-Simulation over small steps."""
     _, file, _ = built("plain", "2")
