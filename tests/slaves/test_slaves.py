@@ -27,7 +27,10 @@ def test_fmus_and_components_give_the_same_numbers(variant: str, algorithm: Jaco
     assert (np.abs(a.values - b.values).max(axis=0) / size).max() < 1e-12  # rounding, over 800 steps
 
 
-@pytest.mark.parametrize("spec", SMALL)
+@pytest.mark.parametrize(
+    "spec",
+    [pytest.param(spec, marks=pytest.mark.slow) if spec.endswith("hil_full") else spec for spec in SMALL],  # as hil, longer
+)
 @pytest.mark.parametrize("in_process", [True, False], ids=["component", "fmu"])
 def test_a_step_repeats_bit_for_bit_after_a_restore(spec: str, in_process: bool) -> None:
     slave = open_slave("s", spec, in_process=in_process)
