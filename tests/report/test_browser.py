@@ -1,12 +1,13 @@
 """The page in a real browser: what is drawn, what runs, what keys do. Needs playwright and a Chromium on the machine."""
 
 import shutil
+import subprocess
 
 import pytest
 
 from gyro_cosim import simulate, system
 from gyro_cosim.railway.scene import moving_bodies
-from gyro_cosim.report import Told, write_report
+from gyro_cosim.report import Told, bundling, write_report
 
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -119,6 +120,46 @@ def test_a_value_outside_its_bounds_is_refused_and_the_page_stays_usable(page):
     page.click("#again button.main")
     page.wait_for_selector(DONE, timeout=120_000)
     assert page.get_attribute(".status", "data-state") == "done"
+
+
+@pytest.fixture(scope="module")
+def workshop():
+    """The page's sources with all their packages, those for development among them."""
+    with bundling.built_in() as (node, folder):
+        yield node, folder
+
+
+def test_the_types_of_the_scripts_agree(workshop):
+    node, folder = workshop
+    check = [node.program, str(folder / "node_modules" / "typescript" / "bin" / "tsc"), "-p", str(folder / "tsconfig.json")]
+    done = subprocess.run(check, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.stdout.splitlines() == []
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(page, workshop, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.evaluate("for (const closed of document.querySelectorAll('details')) closed.open = true")
+    page.evaluate((workshop[1] / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8"))
+    found = page.evaluate("axe.run(document, { resultTypes: ['violations'] }).then((said) => said.violations)")
+    grave = [(v["id"], v["nodes"][0]["html"]) for v in found if v["impact"] in ("serious", "critical")]
+    assert grave == []
+
+
+def test_the_page_prints_whole(page, tmp_path):
+    made = tmp_path / "page.pdf"
+    page.pdf(path=str(made), format="A4")
+    assert made.stat().st_size > 50_000
+    page.emulate_media(media="print")
+    assert not page.is_visible("#again")
+    assert page.is_visible("#signals .chart canvas")
+
+
+def test_the_page_fits_a_phone(page):
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.wait_for_timeout(300)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 def test_everything_is_reached_by_keys_and_has_a_name(page):

