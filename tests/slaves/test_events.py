@@ -157,12 +157,11 @@ def test_runs_begin_anew_on_an_open_network(tmp_path: Path) -> None:
     assert first.status == second.status == "ended"
 
 
-def test_an_fmu_with_input_clocks_is_run_without_event_mode(tmp_path: Path) -> None:
-    """Nobody here ticks its clocks; the rest of it runs, and tells of no events."""
+def test_an_fmu_with_a_clock_that_nobody_ticks_runs_with_its_events(tmp_path: Path) -> None:
     slave = open_slave("s", str(small_fmus.ball(tmp_path, clock=True)))
-    assert slave.description.excluded == {"clock": "Clock"}
+    assert slave.description.clock_inputs == ("clock",)
     slave.close()
-    assert simulate(one(small_fmus.ball(tmp_path, clock=True)), step=0.1, stop=1.0).events == {}
+    assert simulate(one(small_fmus.ball(tmp_path, clock=True)), step=0.1, stop=1.0).events == {"ball": 1}
 
 
 def test_the_command_line_tells_of_events(tmp_path: Path, cosim: Callable[..., Any], cosim_json: Callable[..., Any]) -> None:

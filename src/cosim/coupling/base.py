@@ -97,7 +97,8 @@ class Algorithm(ABC):
 
 def step_all(network: Network, C: np.ndarray, t: float, h: float) -> Used:
     """Step every slave over h (s) under the polynomials C, shape (3, n_Y), of all outputs."""
-    return [network.step(i, network.inputs(i, C, t, h), t, h) for i in range(len(network.slaves))]
+    used = {i: network.step(i, network.inputs(i, C, t, h), t, h) for i in network.stepping}
+    return [used[i] for i in range(len(used))]
 
 
 @dataclass(frozen=True, eq=False)

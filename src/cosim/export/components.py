@@ -8,7 +8,9 @@ import numpy as np
 from ..network import Network
 from ..slaves import SlaveDescription
 from ..slaves.exchange.slave import ExchangeSlave
+from ..slaves.fmi.clocks import time_based
 from ..slaves.fmi.description import Description, Row, read
+from ..slaves.fmi.fmu import FmuSlave
 from ..slaves.fmi.signals import by_variable, described
 from ..slaves.fmi.structure import STRUCTURAL
 from ..slaves.fmi.unpacked import FmuCache
@@ -125,6 +127,11 @@ def refuse_what_the_kernel_cannot(system: System, network: Network) -> None:
         if isinstance(slave, ExchangeSlave):
             rule = "every component must run by Co-Simulation, for the whole holds no integrator"
             raise ValueError(f"{what}: {rule}, {slave.name!r} runs by Model Exchange")
+        own = time_based(slave.model) if isinstance(slave, FmuSlave) and slave.description.counts_events else []
+        if own:
+            raise ValueError(f"{what}: nothing ticks clocks in it, {slave.name!r} has {own[0].name!r}")
+    if network.clocks:
+        raise ValueError(f"{what}: nothing ticks clocks in it, some are connected")
     network.refuse_loops()
     if not network.one_pass:
         raise ValueError(f"{what}: outputs must be consistent after one evaluation of each component, they need more")

@@ -251,6 +251,7 @@ def fits(network: Network, algorithm: Algorithm) -> bool:
         and not network.held.size
         and not network.tabled
         and not network.texts
+        and not network.clocks
         and not network.loops
         and network.one_pass
     )

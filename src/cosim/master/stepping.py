@@ -89,6 +89,7 @@ class Stepper:
         self._fits = options.adaptive is None and driver.fits(network, algorithm)
         self._kernel: native.Kernel | None = None
         self.without_kernel = "strings or binaries are passed on in it" if network.texts else ""
+        self.without_kernel = "clocks tick one another in it" if network.clocks else self.without_kernel
         if self._fits and _pays(options.compiled, (grid.n - self.state.done) * len(network.slaves)):
             kernel = native.kernel()
             if isinstance(kernel, native.Kernel):

@@ -48,6 +48,12 @@ class Inputs:
             wires.append((k, j, Transfer(given.factor * factor, given.offset * factor + value, table, given.whole)))
         return Inputs(wires, self.start, self.courses)
 
+    def some(self, places: Sequence[int], Y: np.ndarray, t: float) -> list[tuple[int, float]]:
+        """Connected inputs at these places in u, with their places, from outputs Y, shape (n_Y,), that may hold nothing else."""
+        alone = Inputs([wire for wire in self._wires if wire[1] in places], self.start)
+        u = alone.of(Y[None, :], t)[0]
+        return [(j, float(u[j])) for j in places]
+
     def at_rest(self, t: float) -> np.ndarray:
         """What unconnected inputs are at t (s), shape (n_u,)."""
         u = self.start.copy()

@@ -13,6 +13,7 @@ from ..errors import WiringError, unknown
 from ..slaves import Counts, Slave, counts
 from ..systems import Connection, System
 from .bonds import power_bonds
+from .clocks import ClockWires
 from .driving import what_drives
 from .evaluation import Evaluation
 from .inputs import Inputs, first_guess
@@ -20,7 +21,7 @@ from .joining import Transfer, transfer
 from .projection import projected
 from .texts import TextWires
 from .told import notes_of
-from .wiring import check_ports, connections, refuse_excluded, start_inputs
+from .wiring import check_ports, connections, refuse_excluded, sequence, start_inputs, sub_steps
 
 
 class Network:
@@ -43,16 +44,17 @@ class Network:
         Where the outputs of each slave stand in Y.
     start : float
         When initialize() was, s.
-    order : tuple of int
-        Slaves, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other.
+    order, stepping : tuple of int
+        Slaves, sources before what feeds through; Gauss-Seidel steps in this order where it is told no other. The order in which
+        others step.
     one_pass : bool
         Whether one evaluation of each slave in that order makes all outputs consistent.
     loops, initial_loops : tuple of str
         Each algebraic loop spelled out, which outputs() solves; those of initialization mode, where they are others.
     notes : tuple of str
         What is to be told: the system's own notes, and values of parameter files that fit no variable.
-    texts : TextWires
-        The connections between strings or binaries; true where there are any.
+    texts, clocks : TextWires, ClockWires
+        The connections between strings or binaries, and between clocks; true where there are any.
     coupled, held : ndarray of int
         Places in Y that feed an input; places that are never extrapolated.
     driving : Driving
@@ -84,6 +86,7 @@ class Network:
         made: list[Inputs] = []
         signals = tuple(y for s in self.slaves for y in s.outputs)
         wires = {c.end: c for c in connections(system, self.slaves)}
+        self.clocks = ClockWires(self.slaves, wires)
         self.feeds: dict[int, list[tuple[int, int]]] = {}  # place in Y -> the (slave, place in u) it feeds
         for i, slave in enumerate(self.slaves):
             joined = []
@@ -100,24 +103,16 @@ class Network:
             refuse_excluded(wire, 1, slave)
             raise unknown(f"input of {slave.name!r}:", end[1], [s.name for s in slave.inputs])
         self._do_step_s, self.start = np.zeros(len(self.slaves)), 0.0
-        self.substeps = self._substeps(substeps or {})
+        self.substeps = sub_steps(self.slaves, substeps or {})
         self.held = np.flatnonzero([not y.smooth for s in self.slaves for y in s.outputs])
         self.coupled = np.array(sorted(self.feeds), dtype=int)
         self._evaluate()
+        self.notes += tuple(self.clocks.late(self.order))
         self.bonds = power_bonds(system, self._where, self.units, self.feeds)
         connected = {end: self.names[k] for k, ends in self.feeds.items() for end in ends}
         self.driving = what_drives(system, self.slaves, connected, self.values, [inputs.start for inputs in made])
         self._wired = tuple(inputs.following(self.driving.of_slave(i)) for i, inputs in enumerate(made))
         self._inputs = list(self._wired)
-
-    def _substeps(self, given: Mapping[str, int]) -> list[int]:
-        known = [s.name for s in self.slaves]
-        for name, parts in given.items():
-            if name not in known:
-                raise unknown("component with sub-steps:", name, known)
-            if parts < 1 or parts != int(parts):
-                raise ValueError(f"sub-steps of {name!r} must be a whole number of at least 1, got {parts!r}")
-        return [int(given.get(name, 1)) for name in known]
 
     def refuse_loops(self) -> None:
         """WiringError if the system has an algebraic loop."""
@@ -194,13 +189,15 @@ class Network:
                 moved = np.array([U[0] + U[1] * s + U[2] * (s * s / 2), U[1] + U[2] * s, U[2]])
                 slave.step(projected(moved, part, slave.description.input_degree), t + s, part)
         self._do_step_s[i] += perf_counter() - began
+        if self.clocks:
+            self.clocks.pass_on(i, self._inputs, self.slices)
         return U
 
     def of_deviations(self, slaves: Sequence[Slave]) -> "Network":
         """The same wiring and sub-steps for slaves that carry deviations from this network's values: no offsets, no starts."""
         twin = copy(self)
         twin.slaves, twin._do_step_s = tuple(slaves), np.zeros(len(slaves))
-        twin.values = ({},) * len(slaves)
+        twin.values, twin.clocks = ({},) * len(slaves), ClockWires((), {})
         twin._inputs = [
             Inputs([(k, j, Transfer(factor)) for k, j, factor, _ in inputs.joined], np.zeros_like(inputs.start))
             for inputs in self._inputs
@@ -236,15 +233,19 @@ class Network:
             Y[k] = first_guess(output, self.feeds[k], self.slaves, self._inputs, self.values)
         self._initial.settle(Y, t)
         self.texts.settle(t, partial(self._initial.settle, Y, t))
-        for slave in self.slaves:
-            slave.finish()
+        self.clocks.begin()
+        for i in self.stepping:
+            self.slaves[i].finish()
+            self.clocks.pass_on(i, self._inputs, self.slices)
         return self.outputs(Y, t)
 
     def _evaluate(self) -> None:
         """How outputs are made consistent, at communication points and in initialization mode."""
         through = [s.description.feedthrough for s in self.slaves]
         self._evaluation = self._initial = Evaluation(self, through, self.feeds)
-        self.loops, self.one_pass, self.order = self._evaluation.loops, self._evaluation.one_pass, self._evaluation.order
+        self.loops, self.one_pass = self._evaluation.loops, self._evaluation.one_pass
+        self.order = self.clocks.ordered(self._evaluation.order)
+        self.stepping = self.order if self.clocks else tuple(range(len(self.slaves)))
         self.initial_loops: tuple[str, ...] = ()
         initial = [s.description.initial_feedthrough for s in self.slaves]
         if any(not np.array_equal(a, b) for a, b in zip(through, initial, strict=True)):
@@ -253,15 +254,7 @@ class Network:
 
     def sequence(self, names: Sequence[str] = ()) -> tuple[int, ...]:
         """Slave indices in the order in which Gauss-Seidel steps them: as given, else the order of evaluation."""
-        if not names:
-            return self.order
-        known = [s.name for s in self.slaves]
-        for name in names:
-            if name not in known:
-                raise unknown("component in the sequence:", name, known)
-        if sorted(names) != sorted(known):
-            raise ValueError(f"sequence must name every component once, got {','.join(names)} for {','.join(known)}")
-        return tuple(known.index(name) for name in names)
+        return sequence(self.slaves, names) if names else self.order
 
     @property
     def do_step_s(self) -> dict[str, float]:

@@ -12,7 +12,7 @@ from .joining import article, fail
 
 _KIND_OF_TYPE = {
     "Real": "real", "Float64": "real", "Float32": "real", "Boolean": "boolean", "String": "string", "Binary": "binary",
-    "Enumeration": "enumeration",
+    "Enumeration": "enumeration", "Clock": "clock",
 }  # fmt: skip
 
 
@@ -69,10 +69,11 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
     """WiringError where the component behind a connector is not what the system file says of it."""
     d = slave.description
     signals = {"input": (*d.inputs, *d.text_inputs), "output": (*d.outputs, *d.text_outputs)}
+    clocks = {"input": d.clock_inputs, "output": d.clock_outputs}
     for name, port in part.ports.items():
         where = f"connector {part.name}.{name}"
-        if name in slave.description.excluded:
-            continue  # refused where it is connected
+        if name in d.excluded or (name in clocks.get(port.kind, ()) and port.type in ("", "Clock")):
+            continue  # what is excluded is refused where it is connected
         if port.kind not in signals:
             signal = slave.description.settable.get(name)
         else:
@@ -98,6 +99,8 @@ def refuse_excluded(wire: Connection, end: int, slave: Slave) -> None:
     kind = slave.description.excluded.get(variable)
     if kind is not None:
         fail(wire, f"{component}.{variable} is a {kind}, which takes no part in connections")
+    if variable in (slave.description.clock_outputs, slave.description.clock_inputs)[end]:
+        fail(wire, f"types must fit: {component}.{variable} is a clock, the other end is none")
     texts = (slave.description.text_outputs, slave.description.text_inputs)[end]
     if text := next((s for s in texts if s.name == variable), None):
         fail(wire, f"types must fit: {component}.{variable} is a {text.type}, the other end is none")
@@ -115,3 +118,25 @@ def start_inputs(slave: Slave, values: Mapping[str, Value]) -> np.ndarray:
             given = whole[elements.index(signal.name)] if isinstance(whole, tuple) else whole
         start.append(given)
     return np.array(start, dtype=float)
+
+
+def sub_steps(slaves: Sequence[Slave], given: Mapping[str, int]) -> list[int]:
+    """In how many parts each slave does a macro step; ValueError for what is given wrongly."""
+    known = [s.name for s in slaves]
+    for name, parts in given.items():
+        if name not in known:
+            raise unknown("component with sub-steps:", name, known)
+        if parts < 1 or parts != int(parts):
+            raise ValueError(f"sub-steps of {name!r} must be a whole number of at least 1, got {parts!r}")
+    return [int(given.get(name, 1)) for name in known]
+
+
+def sequence(slaves: Sequence[Slave], names: Sequence[str]) -> tuple[int, ...]:
+    """The places of the slaves that are named, which must be all."""
+    known = [s.name for s in slaves]
+    for name in names:
+        if name not in known:
+            raise unknown("component in the sequence:", name, known)
+    if sorted(names) != sorted(known):
+        raise ValueError(f"sequence must name every component once, got {','.join(names)} for {','.join(known)}")
+    return tuple(known.index(name) for name in names)

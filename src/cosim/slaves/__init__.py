@@ -8,11 +8,13 @@ processes/      what runs elsewhere
 """
 
 from .base import (
+    Clocked,
     Counts,
     Restorable,
     Serializable,
     Slave,
     StateSpace,
+    clocked,
     counts,
     linearisation,
     restorable,
@@ -23,8 +25,9 @@ from .base import (
 from .description import SlaveDescription
 from .opening import open_fmu, open_slave
 from .signal import Signal, Text, Value
+from .tick import Tick
 
 __all__ = [
-    "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text", "Value", "counts",
-    "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "texting", "tunable",
+    "Clocked", "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text", "Tick",
+    "Value", "clocked", "counts", "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "texting", "tunable",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ Every slave is called in this order, and in no other:
        other inputs at the same time. From 3 on, `texts` and `give_texts` may stand wherever `output` may.
     6. Between two calls of 5 a slave that can may `save` its state, `restore` a saved one (the next step then begins there),
        `discard` one, `serialize`, be tuned or be linearised.
+       From 2 on a slave with clocks may be told in `expect` what ticks, and asked by `take_ticks` what has ticked.
     7. `begin` starts the next run, from 2. `close` ends it all.
 
 After an exception of its own a slave is broken: only 7 may follow. EndRequest is no failure; `output` may be asked once more.
@@ -19,7 +20,7 @@ After an exception of its own a slave is broken: only 7 may follow. EndRequest i
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +28,7 @@ import numpy as np
 
 from .description import SlaveDescription
 from .signal import Signal, Text, Value
+from .tick import Tick
 
 if TYPE_CHECKING:
     from .usage import Usage
@@ -166,6 +168,19 @@ class Texting(Slave):
         """Text inputs by name, at the present time t (s); whether one of them is another than before."""
 
 
+class Clocked(Slave):
+    """A slave with clocks that can be connected; ask with clocked()."""
+
+    @abstractmethod
+    def expect(self, ticks: Sequence[Tick]) -> None:
+        """Ticks of its input clocks that are to come: in the next step, or in finish(). One that is late comes at once there."""
+
+    @abstractmethod
+    def take_ticks(self) -> Sequence[Tick]:
+        """What its output clocks have ticked since it was called last, in the order of time. Nothing is noted before the first
+        call, which stands between begin() and finish()."""
+
+
 class Counting(Slave):
     """A slave that counts; ask with counts()."""
 
@@ -199,6 +214,12 @@ def texting(slave: Slave) -> Texting | None:
     """`slave`, if it has texts that can be connected; else None."""
     d = slave.description
     return slave if isinstance(slave, Texting) and (d.text_inputs or d.text_outputs) else None
+
+
+def clocked(slave: Slave) -> Clocked | None:
+    """`slave`, if it has clocks that can be connected; else None."""
+    d = slave.description
+    return slave if isinstance(slave, Clocked) and (d.clock_inputs or d.clock_outputs) else None
 
 
 def counts(slave: Slave) -> Counts:

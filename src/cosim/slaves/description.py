@@ -1,7 +1,7 @@
 """What a slave is, as one frozen value: the same for an FMU, a component in this process, an isolated and a remote one."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -34,6 +34,10 @@ class SlaveDescription:
         Whether it can go back to a state, and whether a state can be written as bytes.
     counts_events : bool
         Whether it says how many events it has had.
+    clock_inputs, clock_outputs : tuple of str
+        Clocks that other components tick, and that tick those of others.
+    clocked : mapping of str to tuple of str
+        The clocks of each clocked input, by name: it is set where one of them ticks, and only there.
     tunable : frozenset of str
         Parameters that may be given a value between two steps, see base.Tunable.
     """
@@ -49,6 +53,9 @@ class SlaveDescription:
     can_serialize: bool = False
     counts_events: bool = False
     tunable: frozenset[str] = frozenset()
+    clock_inputs: tuple[str, ...] = ()
+    clock_outputs: tuple[str, ...] = ()
+    clocked: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     text_inputs: tuple[Signal, ...] = ()
     text_outputs: tuple[Signal, ...] = ()
 
@@ -59,6 +66,10 @@ class SlaveDescription:
             matrix = np.array(getattr(self, name), dtype=bool).reshape(len(self.outputs), len(self.inputs))
             matrix.flags.writeable = False
             object.__setattr__(self, name, matrix)
+
+    def without_events(self) -> "SlaveDescription":
+        """The same without event mode, and without clocks then."""
+        return replace(self, counts_events=False, clock_inputs=(), clock_outputs=(), clocked={})
 
     def start_values(
         self, component: str, given: Mapping[str, Given], bound: Mapping[str, Given] = MappingProxyType({})

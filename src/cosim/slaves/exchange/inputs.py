@@ -1,10 +1,13 @@
-"""The inputs of an FMU for Model Exchange: continuous ones follow a polynomial, discrete ones change in event mode only."""
+"""The inputs of an FMU for Model Exchange: continuous ones follow a polynomial, discrete ones change in event mode only.
+
+Those that change with a clock are set where it ticks, see gyro_cosim.slaves.fmi.ticking.
+"""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from ..fmi.buffers import Group
+from ..fmi.buffers import Group, present
 from ..fmi.description import REAL
 from ..fmi.fmu import FmuSlave
 from ..fmi.signals import carried
@@ -18,7 +21,7 @@ class Inputs:
     Attributes
     ----------
     smooth, discrete : ndarray of int
-        Places in u of the continuous inputs, and of the others.
+        Places in u of the continuous inputs, and of the others that no clock has.
     varying : bool
         Whether the continuous ones change within the step.
     """
@@ -26,9 +29,13 @@ class Inputs:
     def __init__(self, fmu: FmuSlave) -> None:
         rows = carried(fmu.model, "input")
         follows = [row.type in REAL and row.variability == "continuous" for row in rows]
-        places = np.repeat(follows, [row.size for row in rows]) if rows else np.zeros(0, dtype=bool)
-        self.smooth, self.discrete = np.flatnonzero(places), np.flatnonzero(~places)
-        self._all: list[Group] = fmu.groups(rows)
+        follows = [one and row.name not in fmu.by_clock for row, one in zip(rows, follows, strict=True)]
+        clocked = [row.name in fmu.by_clock for row in rows]
+        sizes = [row.size for row in rows]
+        places, ticked = (np.repeat(np.array(of, dtype=bool), sizes) for of in (follows, clocked))
+        self.smooth, self.discrete = np.flatnonzero(places), np.flatnonzero(~places & ~ticked)
+        self._n_u = places.size
+        self._all: list[Group] = fmu.groups(rows, fmu.by_clock)
         self._some: list[Group] = fmu.groups([row for row, one in zip(rows, follows, strict=True) if one])
         self._fmu, self._t = fmu, 0.0
         self._U = np.zeros((3, self.smooth.size))
@@ -67,8 +74,6 @@ class Inputs:
 
     def told(self, t: float) -> tuple[float, ...]:
         """The discrete ones as the FMU has them."""
-        u = np.zeros(self.smooth.size + self.discrete.size)
-        for group in self._all if self.discrete.size else ():
-            self._fmu.check(group.get(self._fmu.instance), group.label.replace("Set", "Get"), t, 0.0)
-            u[group.places] = group.buffer
+        groups = self._all if self.discrete.size else ()
+        u = present(groups, self._fmu.instance, np.zeros(self._n_u), self._fmu.check, t)
         return tuple(u[self.discrete].tolist())

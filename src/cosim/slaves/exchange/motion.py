@@ -4,6 +4,7 @@
     state event     where an event indicator changes its sign, located by CVODE; also where an input that jumps does that
     step event      where the FMU asks for it after a step of the integrator
     discrete input  where a step begins in which it differs from the one before
+    tick            of an input clock, at its own time
 
 There the FMU goes through event mode until its discrete states have settled, and the integrator begins anew. It does so, too,
 where a continuous input jumps far, and after each save and restore, so that a repeated step repeats the bits.
@@ -18,6 +19,7 @@ import numpy as np
 from ...errors import EndRequest, SlaveError
 from ..fmi.events import UPDATES, EventState, hears_of_steps
 from ..fmi.fmu import FmuSlave
+from ..fmi.ticking import Ticking
 from .equations import Equations
 from .functions import Functions
 from .inputs import Inputs
@@ -44,7 +46,8 @@ class Known:
 class Motion:
     """From the end of initialization mode at t (s) on; `tolerance` is the relative one.
 
-    The absolute one is a hundredth of it times the nominal value of each state, as FMI recommends.
+    The absolute one is a hundredth of it times the nominal value of each state, as FMI recommends. u : inputs at t, None where
+    nobody has told them. note : what is known already.
 
     Attributes
     ----------
@@ -54,8 +57,11 @@ class Motion:
         The continuous states at the time reached.
     """
 
-    def __init__(self, fmu: FmuSlave, calls: Functions, inputs: Inputs, tolerance: float, t: float) -> None:
-        self._fmu, self._calls, self._inputs, self._tolerance = fmu, calls, inputs, tolerance
+    def __init__(
+        self, fmu: FmuSlave, calls: Functions, inputs: Inputs, ticking: Ticking, tolerance: float, t: float,
+        u: np.ndarray | None, note: EventState,
+    ) -> None:  # fmt: skip
+        self._fmu, self._calls, self._inputs, self._ticking, self._tolerance = fmu, calls, inputs, ticking, tolerance
         self._instance, self._hears = fmu.instance, hears_of_steps(fmu.model)
         self._equations = Equations(fmu, calls, inputs, t)
         self._n_x, self._n_z = self._equations.n_x, self._equations.n_z
@@ -63,7 +69,7 @@ class Motion:
         self._integrator = Integrator(self._n_x, self._n_z, self._equations.rates, self._equations.roots)
         self.x = self._integrator.x
         self._x_place = self.x.ctypes.data
-        self.known = Known(EventState(discrete=inputs.told(t)))
+        self.known = Known(ticking.tick(ticking.begin(replace(note, discrete=inputs.told(t)), t), u, t, 0.0))
         self._last = np.full(inputs.smooth.size, np.nan)  # continuous inputs at the end of the last step
         self.fresh, self._over, self._at = True, False, t
         self._settle(t, 0.0, told=True)
@@ -135,8 +141,8 @@ class Motion:
         h, steps, stuck, self._equations.trouble = end - t, 0, 0, ""
         close = 1e-9 * h + 4 * EPS * abs(end)
         now = self._at if abs(self._at - t) <= close else t  # an event may have been a hair beyond the last step
-        while end - now > close or self.known.note.due <= now + close:
-            due, before = self.known.note.due, now
+        while end - now > close or self._due <= now + close:
+            due, before = self._due, now
             happens = due <= now + close
             if happens:
                 now = max(now, due)
@@ -179,7 +185,7 @@ class Motion:
             return False
         event, ends = self._calls.completed(self._instance, self._fmu.final(t), t, h)
         if ends:
-            self.known = replace(self.known, note=replace(self.known.note, ends=True))
+            self.learn(replace(self.known.note, ends=True))
         return event
 
     def _place(self, t: float, h: float) -> None:
@@ -199,30 +205,45 @@ class Motion:
 
     def _event(self, u: np.ndarray, t: float, h: float) -> None:
         """Through event mode at t (s), where the inputs are u."""
-        note = self.known.note
-        self.known = replace(self.known, note=replace(note, discrete=tuple(u[self._inputs.discrete].tolist())))
-        self.through_event(lambda: self._inputs.put_all(u, t, h), t, h)
+
+        def happen() -> None:
+            self._inputs.put_all(u, t, h)
+            self.learn(replace(self.known.note, discrete=tuple(u[self._inputs.discrete].tolist())))
+            self.learn(self._ticking.tick(self.known.note, u, t, h))
+
+        self.through_event(happen, t, h)
 
     def through_event(self, change: Callable[[], None], t: float, h: float = 0.0) -> None:
         """Through event mode at t (s), where `change` is done."""
         self._calls.enter_event_mode(self._instance, t, h)
         change()
-        note = self.known.note
-        self.known = replace(self.known, note=replace(note, events=note.events + 1))
+        self.learn(replace(self.known.note, events=self.known.note.events + 1))
         self._settle(t, h)
+
+    @property
+    def _due(self) -> float:
+        """When the next event comes that is known beforehand (s)."""
+        return min(self.known.note.due, self._ticking.due(self.known.note))
+
+    def learn(self, note: EventState) -> None:
+        """What is known from now on."""
+        self.known = replace(self.known, note=note)
 
     def _settle(self, t: float, h: float, *, told: bool = False) -> None:
         """In event mode: update until nothing changes, then on in continuous-time mode. told : its nominal values are new.
 
         Where the FMU wants the run to end, it stays in event mode, in which its outputs can still be read.
         """
+        self.learn(self._ticking.look(self.known.note, t))
         for _ in range(UPDATES):
             update = self._calls.update(self._instance, t, h)
+            self.learn(self._ticking.look(self.known.note, t))
             told = told or update.nominals
             if update.ends or not update.more:
                 break
         else:
             self._fails(f"the discrete states must settle, they do not in {UPDATES} updates", t, h)
+        self._ticking.leave()
         self._over = update.ends
         if not self._over:
             self._calls.enter_continuous_time_mode(self._instance, t, h)

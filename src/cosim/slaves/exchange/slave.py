@@ -1,17 +1,19 @@
 """An FMU for Model Exchange as a slave. How it moves stands in motion.py; here is what the master asks of every slave."""
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..base import Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting
+from ..base import Clocked, Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting
 from ..fmi.events import EventState, without_memory
 from ..fmi.fmu import FmuSlave
 from ..fmi.log import Log
+from ..fmi.ticking import Ticking, expecting
 from ..signal import Text, Value
+from ..tick import Tick
 from ..usage import Usage
 from .functions import Functions
 from .inputs import Inputs
@@ -20,7 +22,7 @@ from .motion import Known, Motion
 TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 
 
-class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised):
+class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clocked):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
     tolerance : relative, of the integration, to be set before begin(); the run's, else that of the FMU's DefaultExperiment, else
@@ -35,8 +37,11 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised):
         self._describe()
         self._motion: Motion | None = None
         self._t = 0.0
+        self._u: np.ndarray | None = None  # until it moves, as the note is
+        self._note = EventState()
         try:
             self._calls, self._inputs = Functions(fmu.library, self.model, fmu.check), Inputs(fmu)
+            self._ticking = Ticking(fmu, fmu.library)
         except BaseException:
             fmu.close()
             raise
@@ -70,14 +75,16 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised):
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._stand_still()
         self._fmu.begin(values, t, stop)
-        self._t = t
+        self._t, self._u, self._note = t, None, EventState()
 
     def finish(self) -> None:
         self._fmu.finish()
-        self._motion = Motion(self._fmu, self._calls, self._inputs, self.tolerance, self._t)
+        parts = self._fmu, self._calls, self._inputs, self._ticking
+        self._motion = Motion(*parts, self.tolerance, self._t, self._u, self._note)
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         if self._motion is None:  # in initialization mode
+            self._u = u.copy()
             return self._fmu.output(u, t)
         if u.size:
             self._motion.offer(u, t)
@@ -91,12 +98,31 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised):
         return self._fmu.texts(t)
 
     def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        self._learn(replace(self._known_note, texts=tuple(sorted({**dict(self._known_note.texts), **texts}.items()))))
         if self._motion is None:
             return self._fmu.give_texts(texts, t)
         rows = self._fmu.changed_texts(texts)
         if rows:
-            self._motion.through_event(lambda: self._fmu.write_texts(rows, t), t)
+            self._motion.through_event(lambda: self._fmu.put_texts(rows, t), t)
         return bool(rows)
+
+    def expect(self, ticks: Sequence[Tick]) -> None:
+        self._learn(expecting(self._known_note, tuple(ticks)))
+
+    def take_ticks(self) -> Sequence[Tick]:
+        found, self._ticking.listening = self._known_note.ticked, True
+        self._learn(replace(self._known_note, ticked=()))
+        return found
+
+    @property
+    def _known_note(self) -> EventState:
+        return self._note if self._motion is None else self._motion.known.note
+
+    def _learn(self, note: EventState) -> None:
+        if self._motion is None:
+            self._note = note
+        else:
+            self._motion.learn(note)
 
     @property
     def _moving(self) -> Motion:

@@ -1,7 +1,7 @@
 """Variables sorted by the FMI functions that move them, each group with a buffer that the functions are bound to once."""
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,18 +52,22 @@ def group(rows: Sequence[Row], places: Sequence[int], types: Mapping[str, tuple[
     return Group(tuple(rows), where, buffer, get, set_, f"{prefix}Set{suffix}", wide)
 
 
-def groups(rows: Sequence[Row], types: Mapping[str, tuple[Any, str]], prefix: str, bind: Binding) -> list[Group]:
+def groups(
+    rows: Sequence[Row], types: Mapping[str, tuple[Any, str]], prefix: str, bind: Binding, left_out: Collection[str] = ()
+) -> list[Group]:
     """The variables sorted by the functions that move them.
 
-    types : FMI type -> (numpy type, how the functions call it). prefix : of their names.
+    types : FMI type -> (numpy type, how the functions call it). prefix : of their names. left_out : names of those that have a
+    place and no group.
     """
     places: dict[str, list[int]] = {}
     members: dict[str, list[Row]] = {}
     count = 0
     for row in rows:
         suffix = types[row.type][1]
-        members.setdefault(suffix, []).append(row)
-        places.setdefault(suffix, []).extend(range(count, count + row.size))
+        if row.name not in left_out:
+            members.setdefault(suffix, []).append(row)
+            places.setdefault(suffix, []).extend(range(count, count + row.size))
         count += row.size
     return [group(members[suffix], places[suffix], types, prefix, bind) for suffix in members]
 
@@ -71,3 +75,13 @@ def groups(rows: Sequence[Row], types: Mapping[str, tuple[Any, str]], prefix: st
 def references(parts: Sequence[Group]) -> np.ndarray:
     """The value references of several groups, for C code."""
     return np.array([row.reference for part in parts for row in part.rows], dtype=np.uint32)
+
+
+def present(
+    parts: Sequence[Group], instance: Any, u: np.ndarray, check: Callable[[int, str, float, float], None], t: float
+) -> np.ndarray:
+    """u, shape (n,), with what the variables have at t (s); `check` raises for a bad status."""
+    for part in parts:
+        check(part.get(instance), part.label.replace("Set", "Get"), t, 0.0)
+        u[part.places] = part.buffer
+    return u

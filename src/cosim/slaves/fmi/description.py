@@ -30,6 +30,7 @@ class Row:
 
     items : names and values of an enumeration. display : the unit in which people read it; nominal : its usual size.
     sized_by : for each dimension the value reference of the structural parameter that gives it, None where it is fixed.
+    clocks : value references of the clocks that a clocked variable has. timing : of a clock, its attributes.
     """
 
     name: str
@@ -50,6 +51,8 @@ class Row:
     display: str = ""
     nominal: float | None = None
     sized_by: tuple[int | None, ...] = ()
+    clocks: tuple[int, ...] = ()
+    timing: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -237,7 +240,8 @@ def _rows_3(root: etree._Element, units: Mapping[str, Unit | None]) -> tuple[Row
         usual = "fixed" if parameter else "continuous" if element.tag in REAL else "discrete"
         row = _row(element, element, element.tag, of, units, element.get("variability", usual), start, shape)
         sized_by = tuple(int(d.get("valueReference", "0")) if d.get("start") is None else None for d in dimensions)
-        row = replace(row, sized_by=sized_by)
+        clocks = tuple(map(int, element.get("clocks", "").split()))
+        row = replace(row, sized_by=sized_by, clocks=clocks, timing=dict(element.attrib) if element.tag == "Clock" else {})
         rows.append(row)
         for alias in element.iterfind("Alias"):
             rows.append(_row_alias(row, alias))

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..signal import Text
+from ..tick import Tick, carried_tick, read_tick
+from .clocks import Timer
 from .description import Description
 from .library import Library
 
@@ -25,6 +27,8 @@ class EventState:
 
     events : handled since the start. due : when the next time event is (s). ends : it wants the run to end.
     discrete : its discrete inputs, as they were set last. texts : names and values of its text inputs, in the same way.
+    timers : of its time-based clocks. expected : ticks of input clocks that are to come, in the order of time. ticked : of output
+    clocks, which nobody has taken yet.
     """
 
     events: int = 0
@@ -32,11 +36,16 @@ class EventState:
     ends: bool = False
     discrete: tuple[float, ...] = ()
     texts: tuple[tuple[str, Text], ...] = ()
+    timers: tuple[Timer, ...] = ()
+    expected: tuple[Tick, ...] = ()
+    ticked: tuple[Tick, ...] = ()
 
     def packed(self) -> bytes:
         """As bytes, the number of which stands in the last four."""
         texts = [(name, text if isinstance(text, str) else [text.hex()]) for name, text in self.texts]
-        data = json.dumps([self.events, self.due, self.ends, self.discrete, texts]).encode()
+        timers = [(timer.first, timer.interval, timer.k) for timer in self.timers]
+        ticks = [[carried_tick(tick) for tick in some] for some in (self.expected, self.ticked)]
+        data = json.dumps([self.events, self.due, self.ends, self.discrete, texts, timers, *ticks]).encode()
         return data + len(data).to_bytes(4, "little")
 
     @staticmethod
@@ -44,30 +53,35 @@ class EventState:
         """What stands before the note of an FMU, and the note."""
         size = int.from_bytes(data[-4:], "little")
         try:
-            events, due, ends, discrete, texts = json.loads(data[-4 - size : -4])
+            events, due, ends, discrete, texts, timers, *ticks = json.loads(data[-4 - size : -4])
+            expected, ticked = (tuple(read_tick(one) for one in some) for some in ticks)
         except (ValueError, TypeError):
             raise ValueError("a state must end with what the master knew of its FMU, this one does not") from None
         told = tuple((name, text if isinstance(text, str) else bytes.fromhex(text[0])) for name, text in texts)
-        return data[: -4 - size], EventState(events, due, ends, tuple(discrete), told)
+        known = tuple(Timer(*one) for one in timers)
+        return data[: -4 - size], EventState(events, due, ends, tuple(discrete), told, known, expected, ticked)
 
 
 def used(description: Description) -> bool:
-    """Whether event mode is used: where the FMU has one, unless it has input clocks, which this master does not tick.
+    """Whether event mode is used: where an FMU for Co-Simulation has one."""
+    return description.can("hasEventMode") and not description.exchanged
 
-    Without event mode such an FMU runs on its continuous-time part, and its clocks stay silent.
-    """
-    clocks = any(row.type == "Clock" and row.causality == "input" for row in description.rows)
-    return description.can("hasEventMode") and not clocks
+
+def ticks(description: Description) -> bool:
+    """Whether its clocks tick: where it has event mode, which by Model Exchange all have."""
+    return description.version == "3" and (used(description) or description.exchanged)
 
 
 def without_memory(description: Description) -> bool:
     """Whether time and continuous states are all that an FMU for Model Exchange remembers, so that they restore it.
 
-    So it is where nothing of it is discrete, no event can happen, and it is not told of completed steps.
+    So it is where nothing of it is discrete, no event can happen, no clock ticks, and it is not told of completed steps.
     """
     if not description.exchanged:
         return False
-    discrete = any(row.variability == "discrete" and row.causality != "input" for row in description.rows)
+    discrete = any(
+        (row.variability == "discrete" and row.causality != "input") or row.type == "Clock" for row in description.rows
+    )
     return not (discrete or description.indicators or hears_of_steps(description))
 
 
@@ -97,12 +111,14 @@ class EventMode:
         """From step mode."""
         self._check(self._enter(instance), "fmi3EnterEventMode", t, h)
 
-    def leave(self, instance: Any, t: float, h: float) -> tuple[float, bool, bool]:
+    def leave(self, instance: Any, t: float, h: float, look: Callable[[], None]) -> tuple[float, bool, bool]:
         """Update until nothing changes, then to step mode: when the next time event is due (s), whether the FMU wants the run
-        to end, and whether the updates came to an end."""
+        to end, and whether the updates came to an end. look : called before the first update and after each."""
         ends = settled = False
+        look()
         for _ in range(UPDATES):
             self._check(self._update(instance, *self._told), "fmi3UpdateDiscreteStates", t, h)
+            look()
             ends = ends or self._ends.value
             settled = ends or not self._more.value
             if settled:

@@ -8,27 +8,30 @@ import ctypes
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...errors import EndRequest, SlaveError
+from ..base import Clocked
 from ..description import SlaveDescription
-from ..signal import Value
+from ..signal import Text, Value
+from ..tick import Tick
 from . import events
-from .buffers import references
-from .description import Row
+from .buffers import present, references
 from .fmu import FmuSlave
 from .intermediate_update import IntermediateInputs, asked_for
 from .library import POINTER, REFERENCES, SIZE, Library
 from .raw import RawFmu
+from .ticking import Ticking, expecting
 
 _LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
 
-class Fmi3Slave(FmuSlave):
+class Fmi3Slave(FmuSlave, Clocked):
     """Inputs of higher degree reach it by intermediate update, where it asks for them."""
 
     types: ClassVar = {
@@ -39,8 +42,7 @@ class Fmi3Slave(FmuSlave):
 
     def _bind_version(self, library: Library) -> None:
         function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
-        asked = asked_for(self.model)
-        self._answers = IntermediateInputs(library, asked)
+        self._answers = IntermediateInputs(library, asked_for(self.model))
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._log = _LOG(self._on_log)
         kinds = text, text, text, boolean, boolean
@@ -57,7 +59,6 @@ class Fmi3Slave(FmuSlave):
         self._answer = bytearray(16)
         self._event, self._ended, self._early = (boolean.from_buffer(self._answer, k) for k in range(3))
         self._reached = double.from_buffer(self._answer, 8)
-        self._discrete = np.flatnonzero([not s.smooth for s in self.inputs])
         self._variable_step = self.model.can("canHandleVariableCommunicationStepSize")
         self._adopt(self.description)
         self._told_by_step = tuple(ctypes.byref(x) for x in (self._event, self._ended, self._early, self._reached))
@@ -69,9 +70,13 @@ class Fmi3Slave(FmuSlave):
     def _adopt(self, description: SlaveDescription) -> None:
         """With event mode or without."""
         super()._adopt(description)
+        if bool(description.clocked) != bool(self.by_clock):
+            self._describe()
+        self._discrete = np.flatnonzero([not s.smooth and s.name not in description.clocked for s in self.inputs])
         with_events = description.counts_events
+        self.ticking = Ticking(self, self._opened.library)
         self._event_mode = events.EventMode(self._opened.library, self.check) if with_events else None
-        self._put = self._put_with_events if with_events and self._discrete.size else self._set_inputs
+        self._put = self._put_with_events if with_events and (self._discrete.size or self.by_clock) else self._set_inputs
 
     def _on_log(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
         self.log.add(status, category, message)
@@ -83,15 +88,14 @@ class Fmi3Slave(FmuSlave):
         return lambda it: get(it, references, n, pointer, size), lambda it: set_(it, references, n, pointer, size)
 
     def _instantiate(self) -> Any:
+        self._inputs_known = False
         resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
         with_events = self._event_mode is not None
         begin = self.name.encode(), self.model.token.encode(), resources, False, True
         if self.model.exchanged:
             return self._instantiate_call(*begin, None, self._log)
-        return self._instantiate_call(
-            *begin, with_events, with_events, self._answers.references, self._answers.count, None, self._log,
-            self._answers.callback,
-        )  # fmt: skip
+        asked = self._answers.references, self._answers.count
+        return self._instantiate_call(*begin, with_events, with_events, *asked, None, self._log, self._answers.callback)
 
     def _enter_initialization(self, t: float, stop: float) -> None:
         given = (False, 0.0) if self.tolerance is None else (True, self.tolerance)
@@ -101,12 +105,11 @@ class Fmi3Slave(FmuSlave):
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
         if self._event_mode is not None:  # where it now is
             if self._discrete.size:
-                u = np.zeros(self._u.size)
-                for group in self._input_groups:
-                    self.check(group.get(self._instance), group.label.replace("Set", "Get"), t, 0.0)
-                    u[group.places] = group.buffer
+                u = present(self._input_groups, self._instance, np.zeros(self._u.size), self.check, t)
                 self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
-            self._leave_event_mode(self._event_mode, t, 0.0)
+            u0 = self._u if self._inputs_known else None
+            self._learn(self.ticking.tick(self.ticking.begin(self._note, t), u0, t, 0.0))
+            self._leave_event_mode(t, 0.0)
         self._answers.begin(self._instance, np.zeros((3, 0)), t)
         self._raw = self._make_raw()
 
@@ -114,14 +117,21 @@ class Fmi3Slave(FmuSlave):
         """In event mode where the FMU has one, as the standard wants it there."""
         if self._event_mode is None:
             super().tune(values, t)
-            return
-        self._event_mode.enter(self._instance, t, 0.0)
-        super().tune(values, t)
-        self._learn(replace(self._note, events=self._note.events + 1))
-        self._leave_event_mode(self._event_mode, t, 0.0)
+        else:
+            self._through_event(partial(super().tune, values, t), t)
+
+    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
+        """They are discrete inputs, too."""
+        rows = self.changed_texts(texts)
+        if rows and self._event_mode is not None and not self._mode:
+            self._through_event(partial(self.put_texts, rows, t), t)
+        elif rows:
+            self.put_texts(rows, t)
+        return bool(rows)
 
     def _put_with_events(self, u: np.ndarray, t: float, h: float) -> None:
         """Discrete inputs of an FMU with event mode change there only; before that it sets them in initialization mode."""
+        self._u[:], self._inputs_known = u, True
         if self._mode or tuple(u[self._discrete].tolist()) == self._note.discrete:
             self._set_inputs(u, t, h)
         else:
@@ -129,25 +139,34 @@ class Fmi3Slave(FmuSlave):
 
     def _handle_event(self, u: np.ndarray, t: float, h: float) -> None:
         """Through event mode at t (s), where the inputs are u."""
-        mode = self._event_mode
-        assert mode is not None
-        mode.enter(self._instance, t, h)
-        self._set_inputs(u, t, h)
-        self._learn(replace(self._note, events=self._note.events + 1, discrete=tuple(u[self._discrete].tolist())))
-        self._leave_event_mode(mode, t, h)
 
-    def write_texts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
-        """They are discrete inputs, too."""
-        if self._event_mode is None or self._mode:
-            super().write_texts(rows, t)
-            return
-        self._event_mode.enter(self._instance, t, 0.0)
-        super().write_texts(rows, t)
+        def happen() -> None:
+            self._set_inputs(u, t, h)
+            self._learn(self.ticking.tick(replace(self._note, discrete=tuple(u[self._discrete].tolist())), u, t, h))
+
+        self._through_event(happen, t, h)
+
+    def _through_event(self, change: Callable[[], None], t: float, h: float = 0.0) -> None:
+        """Through event mode at t (s), where `change` is done."""
+        assert self._event_mode is not None
+        self._event_mode.enter(self._instance, t, h)
+        change()
         self._learn(replace(self._note, events=self._note.events + 1))
-        self._leave_event_mode(self._event_mode, t, 0.0)
+        self._leave_event_mode(t, h)
 
-    def _leave_event_mode(self, mode: events.EventMode, t: float, h: float) -> None:
-        due, ends, settled = mode.leave(self._instance, t, h)
+    def expect(self, ticks: Sequence[Tick]) -> None:
+        self._learn(expecting(self._note, tuple(ticks)))
+
+    def take_ticks(self) -> Sequence[Tick]:
+        found, self.ticking.listening = self._note.ticked, True
+        self._learn(replace(self._note, ticked=()))
+        return found
+
+    def _leave_event_mode(self, t: float, h: float) -> None:
+        assert self._event_mode is not None
+        look = partial(self.ticking.look, t=t)
+        due, ends, settled = self._event_mode.leave(self._instance, t, h, lambda: self._learn(look(self._note)))
+        self.ticking.leave()
         self._learn(replace(self._note, due=due, ends=self._note.ends or ends))
         if not settled:
             self._fails(f"the discrete states must settle, they do not in {events.UPDATES} updates", t, h)
@@ -164,9 +183,9 @@ class Fmi3Slave(FmuSlave):
                 self._answers.begin(self._instance, U if self._smooth.size == self._u.size else U[:, self._smooth], t)
         if self._event_mode is not None:
             self._step_through_events(U, t, h)
-            return
-        self._advance(t, h)
-        self._refuse_early_return(t, h)
+        else:
+            self._advance(t, h)
+            self._refuse_early_return(t, h)
 
     def _finish_step(self, U: np.ndarray, t: float, h: float, begun: bool) -> None:
         """See RawFmu."""
@@ -185,9 +204,13 @@ class Fmi3Slave(FmuSlave):
         """
         end, now, stuck = t + h, t, 0
         close = 1e-9 * h + 4 * np.finfo(float).eps * abs(end)
-        while end - now > close:
-            due = self._note.due
+        while end - now > close or self.ticking.due(self._note) <= now + close:
+            due = min(self._note.due, self.ticking.due(self._note))
             if due > now + close:
+                own = self.ticking.own_due(self._note)
+                if own < end - close and not self._variable_step:
+                    rule = "an FMU whose steps must not vary can have ticks at the ends of steps only (choose another macro step)"
+                    self._fails(f"{rule}, a clock ticks at t = {own:.9g} s", t, h)
                 part = (due if due < end - close and self._variable_step else end) - now
                 reached = self._judge(now, part) if begun else self._advance(now, part)
                 begun = False
@@ -195,7 +218,7 @@ class Fmi3Slave(FmuSlave):
                 now = reached
             else:
                 self._event.value, stuck = True, stuck + 1
-            if self._event.value or self._note.due <= now + close:
+            if self._event.value or min(self._note.due, self.ticking.due(self._note)) <= now + close:
                 s = now - t
                 self._handle_event(U[0] + s * (U[1] + s * U[2] / 2), now, h)
                 self._event.value = False
@@ -250,15 +273,15 @@ class Fmi3Slave(FmuSlave):
         groups = (*self._input_groups, *self._output_groups)
         if self.model.exchanged or any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
             return None
-        if self._event_mode is not None and self._discrete.size:
+        if self._event_mode is not None and (self._discrete.size or self.by_clock):
             return None
-        none = np.zeros(2 * self._u.size, dtype=np.uint32)
+        none, address = np.zeros(2 * self._u.size, dtype=np.uint32), self.library.address
         return RawFmu(
             version=3,
             instance=self._instance,
-            set_real=self.library.address("fmi3SetFloat64"),
-            get_real=self.library.address("fmi3GetFloat64"),
-            do_step=self.library.address("fmi3DoStep"),
+            set_real=address("fmi3SetFloat64"),
+            get_real=address("fmi3GetFloat64"),
+            do_step=address("fmi3DoStep"),
             set_derivatives=0,
             u_refs=references(self._input_groups),
             y_refs=references(self._output_groups),
@@ -269,7 +292,7 @@ class Fmi3Slave(FmuSlave):
             asks=self.description.input_degree > 0,
             told=np.frombuffer(self._answer, dtype=np.uint8),
             finish_step=self._finish_step,
-            due=lambda: -np.inf if self._note.ends else self._note.due,
+            due=lambda: -np.inf if self._note.ends else min(self._note.due, self.ticking.due(self._note)),
         )
 
     def _sensitivity(self, unknowns: list[int], known: int, result: np.ndarray) -> int:

@@ -4,7 +4,7 @@ The run calls the FMU's functions directly, on arrays that are bound once.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -41,7 +41,7 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
     _note : what is known of the FMU beside its state. _put : gives it its inputs, as _put(u, t, h).
     _told : highest order of input derivatives that the FMU has heard of.
     values : given at the start, of which structural parameters count already here.
-    final : whether nobody goes back to a time before a step from t (s), as final(t).
+    final : whether nobody goes back to a time before a step from t (s), as final(t). by_clock : inputs that change with a clock.
     types : FMI type -> (numpy type, how the functions call it); `prefix` and `state` make the functions' names.
     """
 
@@ -100,9 +100,9 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
         """The FMU's, from begin() on."""
         return self._instance
 
-    def groups(self, rows: Sequence[Row]) -> list[Group]:
+    def groups(self, rows: Sequence[Row], left_out: Collection[str] = ()) -> list[Group]:
         """Variables by the functions that move them, with their places among those given."""
-        return groups(rows, self.types, self.prefix, self._moves)
+        return groups(rows, self.types, self.prefix, self._moves, left_out)
 
     # ---- signals
 
@@ -111,7 +111,8 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
         self._rows = {row.name: row for row in d.rows}
         self._differentiable = d.can("providesDirectionalDerivative") or d.can("providesDirectionalDerivatives")
         self._u, self._y = np.zeros(len(self.inputs)), np.zeros(len(self.outputs))
-        self._input_groups, self._output_groups = (self.groups(carried(d, kind)) for kind in ("input", "output"))
+        self.by_clock = {row.name for row in d.rows if self.description.clocked.keys() & set(names(row))}
+        self._input_groups, self._output_groups = (self.groups(carried(d, kind), self.by_clock) for kind in ("input", "output"))
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""
@@ -196,22 +197,21 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
                 self._moved(status, part.label, t, h)
 
     def texts(self, t: float) -> tuple[Text, ...]:
-        rows = texts(self.model, "output")
-        return tuple(value for row in rows for value in self._texts.read(self._instance, row, t))
+        return tuple(v for row in texts(self.model, "output") for v in self._texts.read(self._instance, row, t))
 
     def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
         rows = self.changed_texts(texts)
         if rows:
-            self.write_texts(rows, t)
+            self.put_texts(rows, t)
         return bool(rows)
 
     def changed_texts(self, texts: Mapping[str, Text]) -> list[tuple[Row, list[Value]]]:
-        """The text inputs to be written, whole, since `texts` has other ones than before; it counts as done."""
+        """The text inputs to be written now, whole, since `texts` has other ones than before; it counts as done."""
         rows, after = changed_texts(self._rows, dict(self._note.texts), texts)
         self._learn(replace(self._note, texts=after))
-        return rows
+        return [(row, values) for row, values in rows if row.name not in self.by_clock]
 
-    def write_texts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
+    def put_texts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
         """Give text inputs their values at t (s)."""
         for row, values in rows:
             self._texts.write(self._instance, row, values, t)

@@ -72,7 +72,7 @@ def kept(
             notes.append(f"component {name!r} says that it can save and restore its state, and cannot ({why}): "
                          "the first steps of the run have a lower order")  # fmt: skip
         elif what == "events" and found.counts_events and "answered" in why:
-            found = replace(found, counts_events=False)
+            found = found.without_events()
             without = _lost(slave, opened, found, False, False, values, t, stop)
             if without is not None:
                 return full, ()  # it is something else: the run will tell

@@ -1,6 +1,6 @@
 """From an FMU's description to the signals that the master sees."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from itertools import product
 from typing import Any
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
+from .clocks import announced, clocked, time_based, triggered
 from .description import REAL, TEXTS, Description, Row
-from .events import used
+from .events import ticks, used
 from .intermediate_update import asked_for
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
@@ -35,7 +36,11 @@ def described(description: Description) -> SlaveDescription:
             settable[row.name] = signal_of(row)
             if row.shape:
                 settable |= {s.name: s for s in _elements(row, kind)}
-    excluded = {r.name: r.type for r in description.rows if r.causality in ("input", "output") and r.type == "Clock"}
+    ticking = ticks(description)
+    clock_inputs, clock_outputs = (tuple(r.name for r in rows) for rows in (triggered(description), announced(description)))
+    own = dict.fromkeys((r.name for r in time_based(description)), "Clock with an interval of its own")
+    silent = {} if ticking else dict.fromkeys((*own, *clock_inputs, *clock_outputs), "Clock of an FMU without event mode")
+    by_clock = clocked(description) if ticking else {}
     follows = description.can("canInterpolateInputs") if description.version == "2" else bool(asked_for(description))
     restores, serializes = (
         description.can(f"can{verb}FMUstate") or description.can(f"can{verb}FMUState") for verb in ("GetAndSet", "Serialize")
@@ -44,13 +49,18 @@ def described(description: Description) -> SlaveDescription:
         inputs=tuple(s for row in inputs for s in _elements(row, "input")),
         outputs=tuple(s for row in outputs for s in _elements(row, "output")),
         settable=settable,
-        feedthrough=_feedthrough(description.dependencies, inputs, outputs),
-        initial_feedthrough=_feedthrough({row.name: _at_start(description, row) for row in outputs}, inputs, outputs),
-        excluded=excluded,
+        feedthrough=_feedthrough(description.dependencies, inputs, outputs, by_clock.keys()),
+        initial_feedthrough=_feedthrough(
+            {row.name: _at_start(description, row) for row in outputs}, inputs, outputs, by_clock.keys()
+        ),
+        excluded={**own, **silent},
         input_degree=2 if follows else 0,
         can_restore=restores,
         can_serialize=restores and serializes,
         counts_events=description.version == "3" and used(description),
+        clock_inputs=clock_inputs if ticking else (),
+        clock_outputs=clock_outputs if ticking else (),
+        clocked={name: by_clock[row.name] for row in description.rows if row.name in by_clock for name in names(row)},
         tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
         text_inputs=tuple(s for row in texts(description, "input") for s in _elements(row, "input")),
         text_outputs=tuple(s for row in texts(description, "output") for s in _elements(row, "output")),
@@ -68,7 +78,10 @@ def _at_start(description: Description, row: Row) -> tuple[str, ...] | None:
     return () if row.initial == "exact" else description.dependencies.get(row.name)
 
 
-def _feedthrough(stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[Row], outputs: list[Row]) -> np.ndarray:
+def _feedthrough(
+    stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[Row], outputs: list[Row], by_clock: Set[str]
+) -> np.ndarray:
+    """Which element of an output depends on which of an input; none on those that are set where a clock ticks alone."""
     place, n_u = {}, 0
     for row in inputs:
         place[row.name] = slice(n_u, n_u + row.size)
@@ -83,6 +96,8 @@ def _feedthrough(stated_of: Mapping[str, tuple[str, ...] | None], inputs: list[R
             if known in place:
                 matrix[i : i + row.size, place[known]] = True
         i += row.size
+    for name in place.keys() & by_clock:
+        matrix[:, place[name]] = False
     return matrix
 
 
@@ -100,7 +115,7 @@ def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
     """The signal of a variable, or of one of its elements."""
     type_: Type = "real" if row.type in REAL else _KINDS.get(row.type, "integer")
     start = None if element is None or not row.start or type_ in ("string", "binary") else float(read(row, row.start[element]))
-    smooth = type_ == "real" and row.variability == "continuous"
+    smooth = type_ == "real" and row.variability == "continuous" and not row.clocks
     low, high = row.min, row.max
     if type_ == "integer":
         bits = np.iinfo(row.type.lower() if row.type != "Integer" else "int32")

@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import EndRequest, OutputError, SlaveError
 from ..fmi.log import shown
 from ..opening import open_fmu
+from ..tick import carried_tick, read_tick
 from ..usage import Usage, promise
 from . import child
 from .protocol import Kind, Link, array, document, numbers
@@ -110,6 +111,10 @@ class Program:
         elif kind == Kind.GIVE_TEXTS:
             given = document(payload)
             return numbers(slave.give_texts(read_values(given["values"]), number(given, "t")))
+        elif kind == Kind.EXPECT:
+            slave.expect([read_tick(one) for one in document(payload)["ticks"]])
+        elif kind == Kind.TAKE_TICKS:
+            return json.dumps({"ticks": [carried_tick(tick) for tick in slave.take_ticks()]}).encode()
         elif kind == Kind.SAVE:
             self._count += 1
             self._snapshots[self._count] = slave.save()

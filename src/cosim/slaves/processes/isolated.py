@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
@@ -23,10 +23,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
-from ..base import Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting, Tunable
+from ..base import Clocked, Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting, Tunable
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
 from ..signal import Given, Text, Value
+from ..tick import Tick, carried_tick, read_tick
 from ..usage import Usage
 from . import child
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
@@ -37,7 +38,7 @@ PATIENCE = 60.0  # s that one call may take
 LARGEST = 1 << 28  # bytes of a saved state
 
 
-class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Promised):
+class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Promised, Clocked):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
     implementation : see open_slave(). sizes : values of structural parameters. note : what is to be told of its being here.
@@ -178,6 +179,20 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Prom
     def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
         given = json.dumps({"values": carried_values(texts), "t": t}).encode()
         return bool(self._numbers(Kind.GIVE_TEXTS, self._ask(Kind.GIVE_TEXTS, given, t), 1, t)[0])
+
+    def expect(self, ticks: Sequence[Tick]) -> None:
+        self._ask(Kind.EXPECT, json.dumps({"ticks": [carried_tick(tick) for tick in ticks]}).encode())
+
+    def take_ticks(self) -> Sequence[Tick]:
+        content = self._ask(Kind.TAKE_TICKS)
+        try:
+            ticks = [read_tick(one) for one in document(content)["ticks"]]
+        except (ValueError, KeyError, TypeError) as error:
+            raise self._malformed("take_ticks", str(error)) from None
+        texts = {s.name for s in self.description.text_outputs}
+        if any(len(tick.y) != len(self.outputs) or set(tick.texts) != texts for tick in ticks):
+            raise self._malformed("take_ticks", f"a tick must have {len(self.outputs)} outputs and {len(texts)} texts")
+        return ticks
 
     def save(self) -> Any:
         return self._snapshot(self._ask(Kind.SAVE))

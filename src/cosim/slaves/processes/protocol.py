@@ -26,6 +26,8 @@ An FMU in a process of its own (isolated.py) knows more, and tells what it logs 
 | LINEARISE | - | n_x, n_u, n_y, then A, B, C, D row by row; nothing where there is none |
 | TEXTS | JSON: t | JSON: strings and binaries by name |
 | GIVE_TEXTS | JSON: values, t | 1 where one is another than before, else 0 |
+| EXPECT | JSON: ticks (lists of t, clocks, y, u, texts) | - |
+| TAKE_TICKS | - | JSON: ticks |
 | LOG | - | comes by itself: JSON: lines (lists of status, category, text), dropped (their number) |
 
 START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with
@@ -77,6 +79,8 @@ class Kind(IntEnum):
     CHALLENGE = 18
     PROVE = 19
     PROMISE = 20
+    EXPECT = 21
+    TAKE_TICKS = 22
     OK = 100
     ERROR = 101
     END = 102

@@ -31,6 +31,8 @@ def introduction(slave: Slave) -> dict[str, Any]:
         "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "excluded": dict(d.excluded),
         "input_degree": d.input_degree, "can_restore": restorable(slave) is not None, "can_serialize": d.can_serialize,
         "counts_events": d.counts_events, "initialization": True, "tunable": sorted(d.tunable),
+        "clock_inputs": list(d.clock_inputs), "clock_outputs": list(d.clock_outputs),
+        "clocked": {name: list(clocks) for name, clocks in d.clocked.items()},
         "text_inputs": [_carried(s) for s in d.text_inputs], "text_outputs": [_carried(s) for s in d.text_outputs],
     }  # fmt: skip
 
@@ -48,11 +50,15 @@ def described(told: Mapping[str, Any]) -> SlaveDescription:
     feedthrough = _matrix(told, "feedthrough", shape, None)
     degree = _field(told, "input_degree", "0, 1 or 2", lambda x: type(x) is int and 0 <= x <= 2)
     excluded = _field(told, "excluded", "texts by name", _is_texts, {})
+    clocked = _field(told, "clocked", "names of clocks by name", _is_names_by_name, {})
     return SlaveDescription(
         inputs=inputs, outputs=outputs, settable={s.name: s for s in settable}, feedthrough=feedthrough,
         initial_feedthrough=_matrix(told, "initial_feedthrough", shape, feedthrough), excluded=excluded, input_degree=degree,
         can_restore=truth(told, "can_restore", None), can_serialize=truth(told, "can_serialize", False),
         counts_events=truth(told, "counts_events", False), tunable=frozenset(_field(told, "tunable", "names", _is_names, [])),
+        clock_inputs=tuple(_field(told, "clock_inputs", "names", _is_names, [])),
+        clock_outputs=tuple(_field(told, "clock_outputs", "names", _is_names, [])),
+        clocked={name: tuple(clocks) for name, clocks in clocked.items()},
         text_inputs=_signals(told, "text_inputs", []), text_outputs=_signals(told, "text_outputs", []),
     )  # fmt: skip
 
@@ -121,6 +127,10 @@ def _is_texts(value: Any) -> bool:
 
 def _is_names(value: Any) -> bool:
     return isinstance(value, list) and len(value) <= MOST and all(isinstance(name, str) for name in value)
+
+
+def _is_names_by_name(value: Any) -> bool:
+    return isinstance(value, dict) and len(value) <= MOST and all(map(_is_names, value.values()))
 
 
 def _short(value: Any) -> str:

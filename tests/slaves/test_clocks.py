@@ -1,0 +1,143 @@
+"""Clocks of FMI 3.0: ticked at their own times, passed on from component to component, with what changes at a tick."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import clock_fmus
+import numpy as np
+import pytest
+
+from gyro_cosim import Connection, GaussSeidel, Iterated, Jacobi, SlaveError, System, SystemComponent, WiringError, simulate
+from gyro_cosim.master import Options, open_network, run
+from gyro_cosim.master.checkpoint import Checkpoint, Resume
+from gyro_cosim.slaves import open_slave, tunable
+from gyro_cosim.slaves.base import Texting
+
+
+def system(*parts: tuple[str, Path, dict[str, Any]], wires: tuple[str, ...] = ()) -> System:
+    ends = [tuple(tuple(end.split(".")) for end in wire.split(" -> ")) for wire in wires]
+    return System("s", tuple(SystemComponent(n, str(f), v) for n, f, v in parts), tuple(Connection(*pair) for pair in ends))
+
+
+WHEN = {  # s, up to 1
+    "constant": np.arange(0.0, 1.05, 0.1), "fixed": np.arange(0.05, 1.0, 0.1),
+    "tunable": np.arange(0.0, 1.05, 0.1), "changing": 0.1 * np.array([0, 1, 3, 6, 10]),
+    "countdown": 0.1 * np.array([1, 2, 4, 7]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+@pytest.mark.parametrize("kind", clock_fmus.KINDS)
+def test_a_clock_of_any_kind_ticks_at_its_own_times_whatever_the_macro_step(kind: str, exchange: bool, tmp_path: Path) -> None:
+    """The FMU itself refuses a tick at any other time, and a step beyond one."""
+    file = clock_fmus.clocks(tmp_path, kind, exchange=exchange)
+    for step in (0.04, 1.0):
+        done = simulate(system(("a", file, {"v": 3.0, "kind": clock_fmus.KINDS.index(kind)})), step=step, stop=1.0)
+        t = done.trajectory.t
+        ticks = np.array([np.sum(WHEN[kind] <= now + 1e-9) for now in t])
+        np.testing.assert_array_equal(done.trajectory["a.ticks"], ticks)
+        since = np.maximum(t - WHEN[kind][0], 0.0)
+        np.testing.assert_allclose(done.trajectory["a.x"], 3.0 * since, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
+@pytest.mark.parametrize("algorithm", [Jacobi(1), GaussSeidel(1), Iterated(1)], ids=["jacobi", "gauss-seidel", "iterated"])
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+def test_a_tick_arrives_at_its_own_time_with_what_changes_there(
+    exchange: bool, algorithm: Any, isolate: bool, tmp_path: Path
+) -> None:
+    """a.out ticks at 0.1, 0.3, 0.5, ... with ticks = 1, 3, 5, ... there (before the update); b stands before a in the system."""
+    file = clock_fmus.clocks(tmp_path, exchange=exchange)
+    wires = ("a.out -> b.go", "a.last -> b.u", "b.answer -> c.letter", "b.out -> c.go", "b.goes -> c.u")
+    plan = system(("c", file, {}), ("b", file, {"each": 0}), ("a", file, {}), wires=wires)
+    done = simulate(plan, step=0.25, stop=1.0, algorithm=algorithm, isolate=isolate)
+    of = done.trajectory
+    np.testing.assert_array_equal(of["b.goes"], [0, 1, 3, 4, 5])
+    # at 0.1, 0.3, ... a's last tick was at 0, 0.2, ...: the tick comes before the update
+    np.testing.assert_allclose(of["b.sum"], np.cumsum([0, 0.0, 0.2 + 0.4, 0.6, 0.8]), atol=1e-12)
+    np.testing.assert_array_equal(of["c.goes"], of["b.goes"])
+    np.testing.assert_array_equal(of["c.sum"], np.cumsum([0, 0, 1 + 2, 3, 4]))
+
+
+def test_a_binary_that_belongs_to_a_clock_arrives_with_its_tick(tmp_path: Path) -> None:
+    """So messages travel on a bus: each as it was at the tick that says it is there, also three in one step."""
+    file = clock_fmus.clocks(tmp_path)
+    plan = system(
+        ("a", file, {}), ("b", file, {"letter": b"abc", "each": 0}), ("c", file, {"each": 0}),
+        wires=("a.out -> b.go", "b.out -> c.go", "b.answer -> c.letter"),
+    )  # fmt: skip
+    with open_network(plan) as network:
+        run(network, Jacobi(0), 0.5, 0.5)
+        c = network.slaves[2]
+        assert isinstance(c, Texting)
+        assert c.texts(0.5) == (b"2abc3",)  # b had ticked twice before it sent the last one
+
+
+def test_clocks_in_a_circle_tick_at_the_next_communication_point_and_that_is_told(tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path)
+    plan = system(("a", file, {"each": 3}), ("b", file, {"each": 0}), wires=("a.out -> b.go", "b.out -> a.go", "b.goes -> a.u"))
+    done = simulate(plan, step=0.25, stop=0.5)
+    # a ticks at 0.2 and 0.5 by itself, and again for each tick that comes back
+    assert done.trajectory["b.goes"].tolist() == [0, 1, 3]
+    assert done.trajectory["a.goes"].tolist() == [0, 0, 1]
+    assert [note for note in done.notes if "circle" in note] == [
+        "connection b.out -> a.go: clocks tick one another in a circle, these ticks come at the communication point that follows"
+    ]
+
+
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+def test_a_run_that_is_resumed_remembers_its_ticks(exchange: bool, tmp_path: Path) -> None:
+    """What has ticked and nobody has taken, what is expected, and when clocks tick next are a part of its state."""
+    file = clock_fmus.clocks(tmp_path, "changing", exchange=exchange)
+    given = {"kind": clock_fmus.KINDS.index("changing"), "interval": 0.03}
+    wires = ("a.out -> b.go", "a.last -> b.u", "b.out -> a.go", "b.sum -> a.u")
+    plan = system(("a", file, given), ("b", file, {**given, "each": 0}), wires=wires)
+
+    def kill(k: int) -> None:
+        if k == 14:
+            raise KeyboardInterrupt
+
+    whole = simulate(plan, step=0.05, stop=1.0)
+    simulate(plan, step=0.05, stop=1.0, before_step=kill, options=Options(checkpoint=Checkpoint(tmp_path / "c.npz", 0.1)))
+    again = simulate(plan, step=0.05, stop=1.0, options=Options(resume=Resume(tmp_path / "c.npz")))
+    np.testing.assert_array_equal(again.trajectory.values, whole.trajectory.values)
+    assert again.events == whole.events
+    assert whole.trajectory["a.goes"][-1] > 3
+
+
+def test_an_interval_that_is_tuned_counts_from_the_last_tick_on(tmp_path: Path) -> None:
+    slave = open_slave("a", str(clock_fmus.clocks(tmp_path, "tunable")))
+    able = tunable(slave)
+    assert able is not None
+    slave.initialize({"kind": float(clock_fmus.KINDS.index("tunable"))}, 0.0, 1.0)
+    U = np.zeros((3, len(slave.inputs)))
+    slave.step(U, 0.0, 0.25)
+    able.tune({"interval": 0.3}, 0.25)  # the last tick was at 0.2
+    slave.step(U, 0.25, 0.2)
+    names = [s.name for s in slave.outputs]
+    assert slave.output(U[0], 0.45)[names.index("ticks")] == 3
+    slave.step(U, 0.45, 0.1)
+    assert slave.output(U[0], 0.55)[[names.index("ticks"), names.index("last")]].tolist() == [4, 0.5]
+    slave.close()
+
+
+@pytest.mark.parametrize(
+    ("wire", "words"),
+    [
+        ("a.out -> b.every", "connection a.out -> b.every: b.every is a Clock with an interval of its own, which takes no part"),
+        ("a.goes -> b.go", "connection a.goes -> b.go: b.go is a clock, a.goes must be an output clock and is none"),
+        ("a.out -> b.u", "types must fit: a.out is a clock, the other end is none"),
+    ],
+)
+def test_clocks_that_cannot_be_joined_are_refused(wire: str, words: str, tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path)
+    with pytest.raises(WiringError, match=re.escape(words)):
+        simulate(system(("a", file, {}), ("b", file, {}), wires=(wire,)), step=0.1, stop=0.1)
+
+
+def test_an_fmu_whose_steps_must_not_vary_can_have_ticks_at_their_ends_only(tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path, variable=False)
+    assert simulate(system(("a", file, {})), step=0.05, stop=1.0).trajectory["a.ticks"][-1] == 11
+    with pytest.raises(SlaveError, match=r"a clock ticks at t = 0\.1 s"):
+        simulate(system(("a", file, {})), step=0.04, stop=1.0)
