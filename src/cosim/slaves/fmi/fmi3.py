@@ -73,8 +73,7 @@ class Fmi3Slave(FmuSlave, Clocked):
         if bool(description.clocked) != bool(self.by_clock):
             self._describe()
         self._discrete = np.flatnonzero([not s.smooth and s.name not in description.clocked for s in self.inputs])
-        with_events = description.counts_events
-        self.ticking = Ticking(self, self._opened.library)
+        with_events, self.ticking = description.counts_events, Ticking(self, self._opened.library)
         self._event_mode = events.EventMode(self._opened.library, self.check) if with_events else None
         self._put = self._put_with_events if with_events and (self._discrete.size or self.by_clock) else self._set_inputs
 
