@@ -152,7 +152,7 @@ def test_values_that_do_not_fit_their_type_are_refused(tmp_path: Path, target: s
 @pytest.mark.parametrize(
     ("start", "end", "words"),
     [
-        ("m.y", "a.tick", r"a\.tick is a Clock, which takes no part in connections"),
+        ("m.y", "a.tick", r"a\.tick is a Clock of an FMU without event mode, which takes no part in connections"),
         ("m.y", "m.text", r"types must fit: m\.y is of type real, m\.text of type string"),
         ("m.y", "a.mode", r"types must fit: m\.y is a real, a\.mode an enumeration"),
         ("m.count", "a.on", r"types must fit: m\.count is an integer, a\.on a boolean"),
@@ -177,6 +177,14 @@ def test_whole_arrays_are_connected_element_by_element(tmp_path: Path) -> None:
 def test_an_fmi_3_step_that_ends_early_without_leave_is_a_failure(tmp_path: Path) -> None:
     with pytest.raises(SlaveError, match=r"must do the whole step, returned early at t = 0\.005 s"):
         simulate(typed(tmp_path).with_value("a.leave_early", True))
+
+
+def test_an_fmu_that_is_a_hair_beyond_a_step_by_its_own_account_is_taken_at_its_end_and_that_is_told(tmp_path: Path) -> None:
+    done = simulate(typed(tmp_path).with_value("a.beyond", True))
+    assert done.status == "done"
+    count, first = done.warnings["a"]
+    assert count == done.steps
+    assert first.startswith("says that a step from 0 s over")
 
 
 def test_integers_that_would_be_rounded_are_refused(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Clocks of FMI 3.0: ticked at their own times, passed on from component to component, with what changes at a tick."""
 
 import re
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,13 @@ import numpy as np
 import pytest
 
 from gyro_cosim import Connection, GaussSeidel, Iterated, Jacobi, SlaveError, System, SystemComponent, WiringError, simulate
+from gyro_cosim import system as read_system
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.slaves import open_slave, tunable
 from gyro_cosim.slaves.base import Texting
+from gyro_cosim.ssp.packing import pack
+from gyro_cosim.systems import Port
 
 
 def system(*parts: tuple[str, Path, dict[str, Any]], wires: tuple[str, ...] = ()) -> System:
@@ -141,3 +145,31 @@ def test_an_fmu_whose_steps_must_not_vary_can_have_ticks_at_their_ends_only(tmp_
     assert simulate(system(("a", file, {})), step=0.05, stop=1.0).trajectory["a.ticks"][-1] == 11
     with pytest.raises(SlaveError, match=r"a clock ticks at t = 0\.1 s"):
         simulate(system(("a", file, {})), step=0.04, stop=1.0)
+
+
+@pytest.mark.parametrize("version", ["1.0", "2.0"])
+def test_a_system_with_clocks_is_packed_and_runs_from_its_package(version: str, tmp_path: Path) -> None:
+    """SSP 2.0 has a type for clocks; SSP 1.0 has none, and says none of them."""
+    file = clock_fmus.clocks(tmp_path)
+    plan = system(("a", file, {}), ("b", file, {"each": 0}), wires=("a.out -> b.go", "a.last -> b.u"))
+    package = pack(plan, tmp_path / "clocks.ssp", version=version)
+    written = zipfile.ZipFile(package).read("SystemStructure.ssd").decode()
+    assert written.count('<ssc:Clock intervalVariability="triggered"/>') == (2 if version == "2.0" else 0)
+    of = simulate(read_system(str(package)), step=0.25, stop=1.0).trajectory
+    np.testing.assert_array_equal(of["b.goes"], [0, 1, 3, 4, 5])
+    assert of["b.sum"][-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("clock", "words"),
+    [
+        ("og", "unknown clock of connector b.u: 'og'; known: every, go, out"),
+        ("every", "must have the clocks go, the system file says"),
+    ],
+)
+def test_a_clock_that_a_connector_does_not_have_is_refused(clock: str, words: str, tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path)
+    ports = {"u": Port("input", clocks=(clock,))}
+    plan = System("s", (SystemComponent("b", str(file), ports=ports),), ())
+    with pytest.raises(ValueError, match=re.escape(words)):
+        simulate(plan, step=0.1, stop=0.1)

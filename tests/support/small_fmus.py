@@ -85,6 +85,7 @@ ARRAYS = """<?xml version="1.0" encoding="UTF-8"?>
     <Int32 name="length" valueReference="17" causality="output" variability="discrete"/>
     <Boolean name="leave_early" valueReference="18" causality="parameter" variability="fixed" start="false"/>
     <Boolean name="ask_end" valueReference="19" causality="parameter" variability="fixed" start="false"/>
+    <Boolean name="beyond" valueReference="21" causality="parameter" variability="fixed" start="false"/>
     <Clock name="tick" valueReference="20" causality="input" intervalVariability="triggered"/>
   </ModelVariables>
   <ModelStructure>

@@ -70,8 +70,14 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
     d = slave.description
     signals = {"input": (*d.inputs, *d.text_inputs), "output": (*d.outputs, *d.text_outputs)}
     clocks = {"input": d.clock_inputs, "output": d.clock_outputs}
+    own = [*d.clock_inputs, *d.clock_outputs, *(k for k, kind in d.excluded.items() if kind.startswith("Clock"))]
     for name, port in part.ports.items():
         where = f"connector {part.name}.{name}"
+        for clock in port.clocks:
+            if clock not in own:
+                raise unknown(f"clock of {where}:", clock, own)
+            if name in d.clocked and clock not in d.clocked[name]:
+                raise WiringError(f"{where} must have the clocks {', '.join(d.clocked[name])}, the system file says {clock}")
         if name in d.excluded or (name in clocks.get(port.kind, ()) and port.type in ("", "Clock")):
             continue  # what is excluded is refused where it is connected
         if port.kind not in signals:

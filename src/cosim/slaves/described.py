@@ -1,17 +1,18 @@
 """A slave that only says what it is: to look at a system without loading the code of its FMUs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 
 from ..systems import catalogue
-from .base import Slave
+from .base import Clocked, Slave
 from .description import SlaveDescription
 from .signal import Given, Value
+from .tick import Tick
 
 
-class DescribedSlave(Slave):
+class DescribedSlave(Clocked):
     """Has a description and cannot run."""
 
     def __init__(self, name: str, description: SlaveDescription) -> None:
@@ -30,6 +31,14 @@ class DescribedSlave(Slave):
         raise self._asleep()
 
     def step(self, U: np.ndarray, t: float, h: float) -> None:
+        """Never."""
+        raise self._asleep()
+
+    def expect(self, ticks: Sequence[Tick]) -> None:
+        """Never."""
+        raise self._asleep()
+
+    def take_ticks(self) -> Sequence[Tick]:
         """Never."""
         raise self._asleep()
 

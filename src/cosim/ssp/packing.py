@@ -143,10 +143,20 @@ def _structure(
             if (component.name, n) in driven
         }
         outputs = dict(_connectors(component.name, (*description.outputs, *description.text_outputs), wires, writing))
-        parent = add(element, "ssd", "Connectors") if inputs or outputs else element
+        clocks = [
+            (name, kind)
+            for kind, names in (("input", description.clock_inputs), ("output", description.clock_outputs))
+            for name in names
+            if any((component.name, name) in (wire.start, wire.end) for wire in wires)
+        ]
+        parent = add(element, "ssd", "Connectors") if inputs or outputs or clocks else element
         for kind, signals in (("input", inputs), ("output", outputs)):
             for name, several in signals.items():
                 _connector(parent, component.name, name, kind, several, writing)
+        for name, kind in clocks:
+            connector = add(parent, "ssd", "Connector", name=name, kind=kind)
+            if writing.version == "2.0":  # SSP 1.0 knows no clocks, and lets a connector say no type
+                add(connector, "ssc", "Clock", intervalVariability="triggered")
         if component.name in sets:
             add(add(element, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=sets[component.name])
     if wires:

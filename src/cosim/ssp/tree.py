@@ -218,12 +218,13 @@ def _ports(found: Document, element: etree._Element) -> dict[str, Port]:
 def _port(found: Document, element: etree._Element, kind: str) -> Port:
     """What a Connector or DictionaryEntry states."""
     stated = type_of(element)
+    clocks = tuple(found.attribute(clock, "name") for clock in element.iterfind("ssd:Clock", NAMESPACES))
     if stated is None:
-        return Port(kind)
+        return Port(kind, clocks=clocks)
     unit, name = found.unit(stated), stated.get("unit", "")
     if name and unit is None:
         found.note(stated, f"unit {name!r} is not defined in the file, and is taken as not stated")
-    return Port(kind, etree.QName(stated).localname, unit, name)
+    return Port(kind, etree.QName(stated).localname, unit, name, clocks)
 
 
 def components(node: Node) -> Mapping[str, Node]:

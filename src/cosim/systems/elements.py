@@ -21,12 +21,15 @@ class Port:
         Its meaning where one is stated and known.
     unit_name : str
         The unit as the file writes it; empty where not stated.
+    clocks : tuple of str
+        Of a clocked variable, the clocks that the file states.
     """
 
     kind: str
     type: str = ""
     unit: Unit | None = None
     unit_name: str = ""
+    clocks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

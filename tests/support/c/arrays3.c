@@ -8,14 +8,14 @@
 
 #define N 3
 enum { TIME, U, Y, GAIN, TOTAL, SINGLE, SINGLE_OUT, TINY, TINY_OUT, HUGE_IN, HUGE_OUT, ON, ON_OUT, MODE, MODE_OUT,
-       LABEL, BLOB, LENGTH, LEAVE_EARLY, ASK_END, TICK };
+       LABEL, BLOB, LENGTH, LEAVE_EARLY, ASK_END, TICK, BEYOND };
 
 typedef struct {
     double time, u[N], y[N], gain[N], total;
     float single, single_out;
     signed char tiny, tiny_out;
     unsigned long long huge, huge_out;
-    bool on, on_out, leave_early, ask_end;
+    bool on, on_out, leave_early, ask_end, beyond;
     long long mode, mode_out;
     int length, label_length, blob_length;
     fmi3LogMessageCallback log;
@@ -67,6 +67,7 @@ static void *place(Slave *s, fmi3ValueReference vr, size_t *n) {
         case LENGTH: return &s->length;
         case LEAVE_EARLY: return &s->leave_early;
         case ASK_END: return &s->ask_end;
+        case BEYOND: return &s->beyond;
         default: return NULL;
     }
 }
@@ -115,6 +116,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean 
     Slave *s = c;
     *event = false, *terminate = s->ask_end, *early = s->leave_early;
     *reached = s->time = s->leave_early ? t + h / 2 : t + h;
+    if (s->beyond) *reached += 1e-4 * h;
     s->total = 0;
     for (int i = 0; i < N; i++) s->total += s->y[i] = s->gain[i] * s->u[i];
     s->single_out = s->single, s->tiny_out = s->tiny, s->huge_out = s->huge + (s->huge == 1ULL << 53), s->on_out = s->on, s->mode_out = s->mode;

@@ -5,7 +5,6 @@ follows. So an event counts at its own time, whatever the macro step.
 """
 
 import ctypes
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -21,12 +20,13 @@ from ..tick import Tick
 from . import events
 from .buffers import present, references
 from .fmu import FmuSlave
+from .instantiation import Instantiation
 from .intermediate_update import IntermediateInputs, asked_for
-from .library import POINTER, REFERENCES, SIZE, Library
+from .library import POINTER, REFERENCES, SIZE, STATUS, Library
 from .raw import RawFmu
 from .ticking import Ticking, expecting
 
-_LOG = ctypes.CFUNCTYPE(None, POINTER, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)
+BEYOND = 1e-3  # of a step, by which an FMU may be beyond its end by its own account
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
@@ -41,18 +41,11 @@ class Fmi3Slave(FmuSlave, Clocked):
     prefix, state = "fmi3", "FMUState"
 
     def _bind_version(self, library: Library) -> None:
-        function, double, boolean, text = library.function, ctypes.c_double, ctypes.c_bool, ctypes.c_char_p
+        function, double, boolean = library.function, ctypes.c_double, ctypes.c_bool
         self._answers = IntermediateInputs(library, asked_for(self.model))
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
-        self._log = _LOG(self._on_log)
-        kinds = text, text, text, boolean, boolean
-        if self.model.exchanged:
-            self._instantiate_call = function("fmi3InstantiateModelExchange", *kinds, POINTER, POINTER, result=POINTER)
-        else:
-            self._instantiate_call = function(
-                "fmi3InstantiateCoSimulation", *kinds, boolean, boolean, REFERENCES, SIZE, POINTER, POINTER, POINTER,
-                result=POINTER,
-            )  # fmt: skip
+        self._instances = Instantiation(self._opened, self.log.add)
+        if not self.model.exchanged:
             self._do_step = function("fmi3DoStep", POINTER, double, double, boolean, POINTER, POINTER, POINTER, POINTER)
         self._enter = function("fmi3EnterInitializationMode", POINTER, boolean, double, double, boolean, double)
         self._exit = function("fmi3ExitInitializationMode", POINTER)
@@ -77,9 +70,6 @@ class Fmi3Slave(FmuSlave, Clocked):
         self._event_mode = events.EventMode(self._opened.library, self.check) if with_events else None
         self._put = self._put_with_events if with_events and (self._discrete.size or self.by_clock) else self._set_inputs
 
-    def _on_log(self, environment: Any, status: int, category: bytes, message: bytes) -> None:
-        self.log.add(status, category, message)
-
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
         pointer, size = buffer.ctypes.data_as(POINTER), buffer.size
         kinds = (POINTER, REFERENCES, SIZE, POINTER, SIZE)
@@ -88,13 +78,7 @@ class Fmi3Slave(FmuSlave, Clocked):
 
     def _instantiate(self) -> Any:
         self._inputs_known = False
-        resources = f"{self._opened.folder / 'resources'}{os.sep}".encode()
-        with_events = self._event_mode is not None
-        begin = self.name.encode(), self.model.token.encode(), resources, False, True
-        if self.model.exchanged:
-            return self._instantiate_call(*begin, None, self._log)
-        asked = self._answers.references, self._answers.count
-        return self._instantiate_call(*begin, with_events, with_events, *asked, None, self._log, self._answers.callback)
+        return self._instances.instance(self.name, self._answers, with_events=self._event_mode is not None)
 
     def _enter_initialization(self, t: float, stop: float) -> None:
         given = (False, 0.0) if self.tolerance is None else (True, self.tolerance)
@@ -245,6 +229,10 @@ class Fmi3Slave(FmuSlave, Clocked):
         self.check(self._answers.status, "fmi3SetFloat64 in the intermediate update", t, h)
         reached = self._reached.value
         short = abs(reached - (t + h)) > 1e-9 * (h + abs(t))
+        if short and 0.0 < reached - (t + h) <= BEYOND * h and not (self._ended.value or self._early.value):
+            text = f"says that a step from {t:.9g} s over {h:.9g} s ended at {reached:.9g} s, taken as its end"
+            self.log.add(STATUS.index("warning"), b"lastSuccessfulTime", text.encode())
+            return t + h
         if self._ended.value:
             if short and self._event_mode is None:
                 raise EndRequest(self.name, reached)
@@ -261,7 +249,8 @@ class Fmi3Slave(FmuSlave, Clocked):
     def _refuse_short_step(self, t: float, h: float) -> None:
         fixed = self.model.interfaces["CoSimulation"].get("fixedInternalStepSize")
         hint = f" (its own step is fixed to {fixed} s)" if fixed else ""
-        self._fails(f"the FMU must do the whole step, returned early at t = {self._reached.value:.9g} s{hint}", t, h)
+        how = "returned early at" if self._reached.value <= t + h else "went on to"
+        self._fails(f"the FMU must do the whole step, {how} t = {self._reached.value:.9g} s{hint}", t, h)
 
     def _fails(self, reason: str, t: float, h: float) -> None:
         self._running = False
