@@ -1,6 +1,6 @@
 """A component from a table of variables and a function of symbols: what models are written with."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -25,6 +25,7 @@ def build(
     sample: Callable[[dict[str, ca.SX]], dict[str, Any]] | None = None,
     sample_period: float | None = None,
     longest_step: Callable[[dict[str, ca.SX]], Any] | None = None,
+    scene: Mapping[str, Any] | None = None,
 ) -> Component:
     """Make a component from a table of variables and a function of their symbols.
 
@@ -50,6 +51,8 @@ def build(
         Time (s) between samples; the first is at the first multiple of it from the start on.
     longest_step : callable, optional
         Gets the symbols, returns the longest stable explicit step (s).
+    scene : mapping, optional
+        What it looks like as it moves; see `component.scene`.
 
     Returns
     -------
@@ -109,4 +112,5 @@ def build(
             "sample", args, [ca.vertcat(ca.SX(0, 1), *(sampled.get(n, symbols[n]) for n in states))], labels, ["x_next"]
         ),
         longest_step=None if longest_step is None else ca.Function("longest_step", args, [longest_step(symbols)], labels, ["h"]),
+        scene=scene,
     )  # fmt: skip

@@ -8,14 +8,16 @@ x, u, y and p are columns in the order of the rows of the table that are state, 
 state and output at once: its output is the state itself. All numbers are SI.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from .integration import METHODS, step_function
+from .scene import check_scene
 from .variables import Variable, parameter
 
 __all__ = ["Bond", "Component"]
@@ -69,6 +71,8 @@ class Component:
         (x, u, p) -> x after a sample, shape (n_x,), and the time (s) between samples. Both or neither.
     longest_step : casadi.Function, or None
         (x, u, p) -> length (s) up to which an explicit step is stable, where it depends on the parameters.
+    scene : mapping, or None
+        What it looks like as it moves; see `component.scene`.
     step : casadi.Function
         (x, U, p, tau, h) -> x after one internal step, shape (n_x,); see `component.integration`. Computed.
 
@@ -92,6 +96,7 @@ class Component:
     sample: ca.Function | None = None
     sample_period: float | None = None
     longest_step: ca.Function | None = None
+    scene: Mapping[str, Any] | None = None
     step: ca.Function = field(init=False)
 
     def __post_init__(self) -> None:
@@ -121,6 +126,8 @@ class Component:
             for name in (bond.motion, bond.effort):
                 if known.get(name) not in ("input", "output"):
                     raise ValueError(f"{where}: bond {bond.axis!r} must join an input and an output, got {name!r}")
+        if self.scene is not None:
+            check_scene(where, self.scene, known)
         x, u, p = self.start_state, self.start_input, self.start_parameters
         if not np.all(np.isfinite(np.array(self.rhs(x, u, p)))):
             raise ValueError(f"{where}: rhs must be finite at the start values")

@@ -3,12 +3,14 @@
 import hashlib
 import importlib.metadata
 import importlib.util
+import json
 import tempfile
 import uuid
 from collections.abc import Sequence
 from pathlib import Path
 
 from gyro_cosim.component import Component
+from gyro_cosim.component.scene import PLACE
 from gyro_cosim.component.zip_files import write_zip
 
 from . import code, description, description3, page, picture, reference
@@ -90,6 +92,8 @@ def _documentation(table: Table, identifier: str, sources: bool) -> dict[str, by
     for suffix, (header, rows) in (("in", reference.inputs(component)), ("ref", reference.results(component))):
         members[f"{reference.FOLDER}/{identifier}_{suffix}.csv"] = reference.csv(header, rows)
     members[reference.MANIFEST] = reference.manifest(identifier)
+    if component.scene is not None:
+        members[PLACE] = json.dumps(component.scene, indent=1).encode()
     for file in sorted((Path(__file__).parent / "licenses").iterdir()):
         members[f"documentation/licenses/{file.name}"] = file.read_bytes()
     licence = importlib.metadata.distribution("gyro-cosim").read_text("licenses/LICENSE")

@@ -24,6 +24,7 @@ from gyro_cosim.component import Component, Variable, build, output, state
 
 from .lean_parameters import CENTRED_FULL, CENTRED_SMALL
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .scene import gimbal
 
 __all__ = ["centred_full", "centred_small"]
 
@@ -90,6 +91,6 @@ def centred_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *CENTRING, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

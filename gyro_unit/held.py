@@ -26,6 +26,7 @@ from gyro_cosim.component import Component, Variable, build, output
 
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
+from .scene import gimbal
 
 __all__ = ["locked", "locked_full", "off", "off_full"]
 
@@ -116,7 +117,7 @@ def locked_full() -> Component:
 def _resting(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     table = tuple(v for v in parameters if v.name not in ROTOR)
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=OFF,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=OFF,
         variables=(*CONNECTOR, *GIMBAL, *ENERGY, *table), model=_off, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip
 
@@ -124,6 +125,6 @@ def _resting(variant: str, description: str, parameters: tuple[Variable, ...]) -
 def _fixed(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     table = tuple(v for v in parameters if v.name in ROTOR)
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=LOCKED,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=LOCKED,
         variables=(*CONNECTOR, *FIXED, *ENERGY, *table), model=_locked, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

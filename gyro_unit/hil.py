@@ -224,7 +224,7 @@ def behind_rig(plant: Component, *, variant: str = "hil", rig: Sequence[Variable
         *table,
     )
     return build(
-        name=plant.name, variant=variant, description=f"Test rig around: {plant.description}",
+        scene=plant.scene, name=plant.name, variant=variant, description=f"Test rig around: {plant.description}",
         equations=EQUATIONS + plant.equations, variables=rows, model=machine.motion, sample=machine.sample, sample_period=tick,
         internal_step=min(plant.internal_step, tick), method=plant.method, bonds=BONDS,
     )  # fmt: skip

@@ -26,6 +26,7 @@ from gyro_cosim.component import Component, Variable, build, state
 
 from .mount import BONDS, CONNECTOR, ENERGY
 from .parameters import FULL, SMALL
+from .scene import ROLL, gimbal
 
 __all__ = ["lateral_full", "lateral_small"]
 
@@ -89,6 +90,6 @@ def lateral_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(ROLL), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *ROLLING, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

@@ -43,6 +43,7 @@ from gyro_cosim.component import Component, Variable, build, output, state
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
 from .rotor_parameters import ROTOR_FULL, ROTOR_SMALL
+from .scene import gimbal
 
 __all__ = ["multibody_full", "multibody_small"]
 
@@ -138,6 +139,6 @@ def multibody_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ROTOR, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

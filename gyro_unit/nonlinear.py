@@ -26,6 +26,7 @@ from gyro_cosim.component import Component, Variable, build
 
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
 from .parameters import FULL, SMALL
+from .scene import gimbal
 
 __all__ = ["consistent", "nonlinear_full", "nonlinear_small"]
 
@@ -99,6 +100,6 @@ def consistent() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

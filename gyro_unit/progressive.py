@@ -27,6 +27,7 @@ from gyro_cosim.component import Component, Variable, build
 
 from .lean_parameters import PROGRESSIVE_FULL, PROGRESSIVE_SMALL
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .scene import gimbal
 
 __all__ = ["progressive_full", "progressive_small"]
 
@@ -89,6 +90,6 @@ def progressive_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

@@ -29,6 +29,7 @@ from gyro_cosim.component import Component, Variable, build, output, state
 
 from .lean_parameters import SCHEDULED_FULL, SCHEDULED_SMALL
 from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .scene import gimbal
 
 __all__ = ["scheduled_full", "scheduled_small"]
 
@@ -108,6 +109,6 @@ def scheduled_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GIMBAL, *SCHEDULE, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

@@ -26,6 +26,7 @@ from gyro_cosim.component import Component, Variable, build, state
 
 from .mount import BONDS, CONNECTOR, ENERGY
 from .parameters import FULL, SMALL
+from .scene import gimbals
 
 __all__ = ["twin_full", "twin_small"]
 
@@ -86,6 +87,6 @@ def twin_full() -> Component:
 
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
-        name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
+        scene=gimbals(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
         variables=(*CONNECTOR, *GEARED, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
     )  # fmt: skip

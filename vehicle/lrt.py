@@ -16,7 +16,7 @@ import casadi as ca
 
 from gyro_cosim.component import Bond, Component, Variable, build
 
-from . import car_body, wheel_frame
+from . import car_body, scene, wheel_frame
 from .alignment import Alignment
 from .creep_laws import creep_law
 from .lrt_parameters import vehicle_parameters
@@ -183,7 +183,32 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
     bonds = tuple(Bond(end, axis, motion=f"{end}_{axis}_rate", effort=f"{end}_{axis}_moment")
                   for end in ENDS for axis in ("yaw", "roll", "pitch"))  # fmt: skip
     return build(name="vehicle", variant=variant, description=description, equations=EQUATIONS, variables=rows, model=model,
-                 internal_step=internal_step, bonds=bonds, longest_step=longest_step)  # fmt: skip
+                 internal_step=internal_step, bonds=bonds, longest_step=longest_step,
+                 scene=_scene(rows, design))  # fmt: skip
+
+
+def _scene(rows: Sequence[Variable], design: Design) -> dict[str, Any]:
+    """What it looks like as it moves."""
+    names, values = [v.name for v in rows], {v.name: v.start for v in rows if v.causality == "parameter"}
+    length, height = values["pivot_spacing"], values["body_height"]
+    shape = {"role": "car", "size": [1.75 * length, 2.3, 2.4], "at": [0.0, 0.0, 2.35 - height]}
+    moved = scene.moved("body_", names)
+    bodies = [{"name": "body", "along": "body_distance", "offset": 0.0, "height": height, **moved, "shapes": [shape]}]
+    forces, mounts = [], []
+    for end, offset in (("front", length / 2), ("rear", -length / 2)):
+        along = f"{end}_distance"
+        bodies.append(
+            scene.frame(
+                end, f"{end}_", offset, names, values, along=along, solid=design.solid_axles, outside=design.flange_side > 0
+            )
+        )
+        forces += scene.wheel_forces(end, f"{end}_", names, values)
+        signals = [f"{end}_{axis}_rate" for axis in ("yaw", "roll", "pitch")]
+        mounts.append({"name": end, "body": end, "at": [0.0, 0.0, 0.05], "size": 1.15, "signals": signals})
+    track = {"distance": "body_distance", "curvature": "curvature", "half_gauge": values["contact_half_distance"]}
+    prefer = [f"front_{name}" for name in ("lateral_displacement", "yaw_angle", "guiding_force")]
+    profiles = scene.sections(values, design.flange_side)
+    return scene.of_vehicle(bodies, forces, mounts, track, prefer=prefer, profiles=profiles)
 
 
 def lrt_set_a(parameters: Mapping[str, float] | None = None, **design: Any) -> Component:

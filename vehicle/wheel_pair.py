@@ -18,6 +18,7 @@ import casadi as ca
 
 from gyro_cosim.component import Bond, Component, build, input_, output, state
 
+from . import scene
 from .parameters import WHEEL_PAIR
 
 __all__ = ["small_wheel_pair"]
@@ -75,5 +76,16 @@ def small_wheel_pair() -> Component:
     return build(
         name="vehicle", variant="wheel_pair", description="NTCIRW wheel pair, 1/10 scale, lateral and yaw motion",
         equations=EQUATIONS, variables=(*SIGNALS, *WHEEL_PAIR), model=_motion, internal_step=1e-3,
-        bonds=(Bond("mount", "yaw", motion="yaw_rate", effort="yaw_moment"),),
+        bonds=(Bond("mount", "yaw", motion="yaw_rate", effort="yaw_moment"),), scene=_scene(),
     )  # fmt: skip
+
+
+def _scene() -> dict[str, Any]:
+    """What it looks like on straight track; the wheels turn as they would without creep."""
+    names, values = [v.name for v in SIGNALS], {v.name: v.start for v in WHEEL_PAIR}
+    pair = scene.frame("wheel pair", "", 0.0, names, values, along={"parameter": "speed"}, solid=False)
+    for wheel in pair["parts"]:
+        wheel["rate"] = "wheel_speed"
+    mount = {"name": "mount", "body": "wheel pair", "at": [0.0, 0.0, 0.004], "size": 0.076, "signals": ["yaw_rate"]}
+    track = {"distance": {"parameter": "speed"}, "half_gauge": values["contact_half_distance"]}
+    return scene.of_vehicle([pair], [], [mount], track, prefer=["lateral_displacement", "yaw_angle"])

@@ -8,14 +8,14 @@ and spin, on the same wheel-rail contact as the full vehicle. The car's weight i
 For small motions it is the textbook's pair of equations: Klingel's wave at low speed, and a linear critical speed.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, input_, output, parameter, state
 
-from . import wheel_frame
+from . import scene, wheel_frame
 from .alignment import Alignment
 from .irregularity import unevenness
 from .lrt import INTERNAL_STEP, with_starts
@@ -137,4 +137,19 @@ def sprung_wheelset(parameters: Mapping[str, float] | None = None) -> Component:
     return build(
         name="vehicle", variant="wheelset", description="One conventional wheelset on springs", equations=EQUATIONS,
         variables=rows, model=_motion, internal_step=INTERNAL_STEP, longest_step=_longest_step,
+        scene=_scene(rows),
+    )  # fmt: skip
+
+
+def _scene(rows: Sequence[Variable]) -> dict[str, Any]:
+    """What it looks like as it moves."""
+    names, values = [v.name for v in rows], {v.name: v.start for v in rows if v.causality == "parameter"}
+    pair = scene.frame("wheelset", "", 0.0, names, values, along="distance", solid=True, outside=False)
+    for wheel in pair["parts"]:
+        wheel["rate"] = {"parameter": "speed", "factor": 1 / values["rolling_radius"]}
+    mount = {"name": "mount", "body": "wheelset", "at": [0.0, 0.0, 0.3], "size": 1.15, "signals": ["yaw_rate"]}
+    track = {"distance": "distance", "half_gauge": values["contact_half_distance"]}
+    return scene.of_vehicle(
+        [pair], scene.wheel_forces("wheelset", "", names, values), [mount], track,
+        prefer=["lateral_displacement", "yaw_angle"], profiles=scene.sections(values, -1),
     )  # fmt: skip

@@ -6,7 +6,6 @@ import subprocess
 import pytest
 
 from gyro_cosim import simulate, system
-from gyro_cosim.railway.scene import moving_bodies
 from gyro_cosim.report import Told, bundling, write_report
 
 playwright = pytest.importorskip("playwright.sync_api")
@@ -31,7 +30,7 @@ def file(tmp_path_factory):
     run = simulate(plan, stop=12.0)
     assert run.status == "done"
     made = tmp_path_factory.mktemp("page") / "curve.html"
-    write_report(made, run, Told(command="cosim run lrt-curve", lines=["passed"], scene=moving_bodies, variants=["off_full"]))
+    write_report(made, run, Told(command="cosim run lrt-curve", lines=["passed"], variants=["off_full"]))
     return made
 
 

@@ -13,8 +13,7 @@ import pytest
 
 from gyro_cosim import simulate, system
 from gyro_cosim.coupling import Jacobi
-from gyro_cosim.railway.scene import moving_bodies
-from gyro_cosim.report import Told, bundling, contents, module, signals, writing
+from gyro_cosim.report import Told, bundling, contents, module, scenes, signals, writing
 from gyro_cosim.trajectory import Trajectory
 
 ENGINE = bundling.PAGE / "engine.js"
@@ -179,27 +178,26 @@ def test_without_node_one_line_says_what_to_install(tmp_path, monkeypatch):
         bundling.build(tmp_path / "built")
 
 
-def test_the_scene_of_a_vehicle_names_only_signals_that_were_recorded():
-    names = [
-        "vehicle.body_distance",
-        "vehicle.front_distance",
-        "vehicle.rear_distance",
-        "vehicle.front_yaw_angle",
-        "gyro_front.gimbal_angle",
-    ]
-    values = {
-        f"vehicle.{k}": v
-        for k, v in {"pivot_spacing": 6.0, "body_height": 1.5, "rolling_radius": 0.33, "contact_half_distance": 0.75}.items()
-    }
-    found = moving_bodies(names, values)
-    front = found["bodies"][1]
-    assert front["yaw"] == "vehicle.front_yaw_angle"
-    assert "roll" not in front
-    assert front["offset"] == 3.0
+def test_the_scene_comes_from_the_fmus_and_names_what_was_recorded():
+    plan = system("lrt-curve")
+    names = ["vehicle.body_distance", "vehicle.front_distance", "vehicle.front_yaw_angle", "gyro_front.gimbal_angle"]
+    found = scenes.scene_of(plan, names, {})
+    car, front, rear = found["bodies"]
+    assert car["along"] == "vehicle.body_distance"
+    assert (front["yaw"], front["roll"], rear["yaw"]) == ("vehicle.front_yaw_angle", None, None)
     assert [part["name"] for part in front["parts"]] == ["front left wheel", "front right wheel", "front gimbal"]
-    assert found["forces"] == []
-    assert moving_bodies(["vehicle.speed"], values) is None
-    assert moving_bodies(names, {}) is None
+    gimbal, own = front["parts"][2], front["parts"][0]
+    assert gimbal["angle"] == "gyro_front.gimbal_angle"
+    assert gimbal["shapes"][0]["size"][1] == pytest.approx(0.54 * 1.15)
+    assert own["shapes"][0]["radius"] > 0.2
+    assert found["prefer"] == ["vehicle.front_yaw_angle", "gyro_front.gimbal_angle"]
+    assert scenes.scene_of(plan, ["vehicle.front_yaw_angle"], {}) is None  # without the distance nothing can move
+
+
+def test_a_number_of_a_scene_is_what_the_run_gives_it():
+    found = scenes.scene_of(system("wheel-pair"), ["vehicle.yaw_angle"], {"vehicle.speed": 7.0})
+    assert found["track"]["distance"] == found["bodies"][0]["along"] == 7.0
+    assert [part["name"] for part in found["bodies"][0]["parts"]][-1] == "mount gimbal"
 
 
 def test_a_check_covers_the_last_row():

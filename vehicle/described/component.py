@@ -14,6 +14,7 @@ from .description import Description
 from .equations import longest_step, motion
 from .reading import read
 from .rows import bonds, signals
+from .scene import scene_of
 
 __all__ = ["component_of", "component_of_file", "with_starts"]
 
@@ -89,7 +90,8 @@ def component_of(d: Description, starts: Mapping[str, float] | None = None) -> C
         return dict(zip(rates, values[:n], strict=True)), dict(zip(outputs, values[n:], strict=True))
 
     return build(name="vehicle", variant=d.name, description=d.text, equations=EQUATIONS, variables=rows, model=model,
-                 internal_step=d.internal_step, bonds=bonds(d), longest_step=lambda s: longest_step(s, d))  # fmt: skip
+                 internal_step=d.internal_step, bonds=bonds(d), longest_step=lambda s: longest_step(s, d),
+                 scene=scene_of(d, [row.name for row in rows]))  # fmt: skip
 
 
 def component_of_file(path: str | Path) -> Component:

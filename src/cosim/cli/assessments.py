@@ -67,14 +67,6 @@ class Measuring(Protocol):
         """Name -> value and unit, "1" for a pure number; NaN for a value that this run does not have."""
 
 
-@runtime_checkable
-class Pictured(Protocol):
-    """What a field has besides, where it can show how its things move, in the page of `cosim run --report`."""
-
-    def scene(self, names: Sequence[str], values: Mapping[str, Any]) -> Mapping[str, Any] | None:
-        """The bodies of a thing of this field, for recorded signals and parameters by name; None where there is none."""
-
-
 @dataclass(frozen=True)
 class Assessed:
     """What one field found in a run."""
@@ -124,12 +116,4 @@ def figure(found: Sequence[Assessed], trajectory: Trajectory, title: str) -> "Fi
     for one in found:
         for finding in one.findings:
             return one.field.figure(finding, trajectory, title)
-    return None
-
-
-def scene(names: Sequence[str], values: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """What the first field that knows the signals of a run can show of it; None where nobody can."""
-    for field in fields():
-        if isinstance(field, Pictured) and (found := field.scene(names, values)) is not None:
-            return found
     return None

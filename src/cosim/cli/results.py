@@ -12,7 +12,7 @@ from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
 from ..trajectory.origin import beside
-from .assessments import Assessed, figure, lines, scene
+from .assessments import Assessed, figure, lines
 from .common import plain, progress, writable
 from .given import repeated
 from .settings import words
@@ -120,7 +120,6 @@ class Files:
             command=repeated(),
             lines=[line for line in lines(found) if line],
             certificate=plain(certificate),
-            scene=scene,
             record_every=every,
             prefer=_drawn(run),
         )

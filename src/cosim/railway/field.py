@@ -61,12 +61,6 @@ class Railway:
 
         return along_track(trajectory, finding, title)
 
-    def scene(self, names: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any] | None:
-        """The bodies of the first vehicle, for a moving picture; see scene.py."""
-        from .scene import moving_bodies
-
-        return moving_bodies(names, values)
-
     def questions(self, names: Sequence[str]) -> list[str]:
         """Whether each vehicle derails and keeps the limit of Y/Q."""
         return [question for vehicle, _, _ in vehicles_in(names) for question in (_derailed(vehicle), _within(vehicle))]

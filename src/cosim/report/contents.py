@@ -13,7 +13,7 @@ import numpy as np
 from ..master import Run
 from ..systems import System, catalogue
 from ..trajectory import Trajectory
-from . import module, signals
+from . import module, scenes, signals
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,6 @@ class Told:
         What fields of engineering have found in it, in words.
     certificate : sequence of str
         The estimate of its coupling error, in words; empty where none was asked for.
-    scene : callable, optional
-        Gives the bodies that the page draws, from the names of the signals and the parameters by name; see
-        gyro_cosim.railway.scene. None where there is nothing to draw.
     prefer : sequence of str
         Signals that are drawn first.
     record_every : int
@@ -46,7 +43,6 @@ class Told:
     command: str = ""
     lines: Sequence[str] = ()
     certificate: Sequence[str] = ()
-    scene: Callable[[Sequence[str], Mapping[str, Any]], Mapping[str, Any] | None] | None = None
     record_every: int = 1
     prefer: Sequence[str] = ()
     notes: Sequence[str] = ()
@@ -65,7 +61,7 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         made = bare.with_values(values)
     except (ValueError, RuntimeError) as error:
         reason = str(error)
-    scene = None if made is None or told.scene is None else told.scene(trajectory.names, made.values())
+    scene = scenes.scene_of(system, trajectory.names, {} if made is None else made.values())
     return {
         "title": system.name,
         "description": system.description,
@@ -92,7 +88,7 @@ def document(run: Run, told: Told) -> dict[str, Any]:
             {"name": b.name, "residual": b.residual, "exchanged": b.exchanged, "share": b.share, "peak": b.peak_power}
             for b in run.energy
         ],
-        "prefer": [*(scene or {}).get("signals", ()), *told.prefer],
+        "prefer": [*(scene or {}).get("prefer", ()), *told.prefer],
         "signals": signals.document(trajectory),
         "module": None if made is None else made.document(),
         "variants": [] if made is None else variants(run, told, values),

@@ -1,6 +1,6 @@
 /** Bodies of a scene as meshes: what they look like, and where they stand at a time. */
 import * as THREE from "three";
-import { valueAt } from "./data.js";
+import { valueAt, wayAt } from "./data.js";
 
 const LOOKS = {
   car: { color: 0x6f8fb5, opacity: 0.32 },
@@ -31,11 +31,11 @@ function mesh(shape, ghost) {
   const tread = new THREE.Mesh(new THREE.CylinderGeometry(shape.radius, shape.radius, shape.width, 40), looks);
   disc.add(tread);
   if (shape.flange) {
-    const flange = new THREE.Mesh(new THREE.CylinderGeometry(shape.radius + shape.flange, shape.radius + shape.flange, 0.025, 40), looks);
-    flange.position.y = -Math.sign(shape.side || 1) * (shape.width / 2 + 0.0125);
+    const flange = new THREE.Mesh(new THREE.CylinderGeometry(shape.radius + shape.flange, shape.radius + shape.flange, 0.2 * shape.width, 40), looks);
+    flange.position.y = (shape.outside ? 1 : -1) * Math.sign(shape.side || 1) * 0.6 * shape.width;
     disc.add(flange);
   }
-  const spoke = new THREE.Mesh(new THREE.BoxGeometry(2 * shape.radius * 0.96, shape.width + 0.012, 0.05), material("frame", ghost));
+  const spoke = new THREE.Mesh(new THREE.BoxGeometry(2 * shape.radius * 0.96, shape.width * 1.5, 0.15 * shape.radius), material("frame", ghost));
   disc.add(spoke);
   return disc;
 }
@@ -55,7 +55,7 @@ export class Vehicle {
         turning.position.set(.../** @type {[number, number, number]} */ (part.at));
         for (const shape of part.shapes) turning.add(mesh({ ...shape, side: part.at[1] }, ghost));
         group.add(turning);
-        return { part, turning, angles: part.rate ? integral(run, part.rate) : null };
+        return { part, turning, angles: typeof part.rate === "string" ? integral(run, part.rate) : null };
       });
       this.group.add(group);
       return { body, group, parts };
@@ -75,13 +75,13 @@ export class Vehicle {
   place(time, times) {
     for (const { body, group, parts } of this.bodies) {
       const value = (key) => (body[key] ? valueAt(this.run, body[key], time) : 0) * times;
-      const s = body.offset + valueAt(this.run, body.along, time);
+      const s = body.offset + wayAt(this.run, body.along, time);
       const at = this.track.at(s);
       const y = value("lateral");
       group.position.set(at.x - y * Math.sin(at.heading), at.y + y * Math.cos(at.heading), body.height + value("vertical"));
       group.rotation.set(value("roll"), value("pitch"), at.heading + value("yaw"), "ZXY");
       for (const { part, turning, angles } of parts) {
-        const angle = angles ? angles(time) : valueAt(this.run, part.angle, time);
+        const angle = angles ? angles(time) : part.angle ? valueAt(this.run, part.angle, time) : wayAt(this.run, part.rate, time);
         turning.setRotationFromAxisAngle(new THREE.Vector3(...part.axis), angle);
       }
     }

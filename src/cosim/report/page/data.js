@@ -47,6 +47,12 @@ export function valueAt(run, name, time) {
   return column[k] + share * (column[k + 1] - column[k]);
 }
 
+/** A way or an angle: a signal of it by name, or a number, its constant rate. @param {Run} run @param {string|number|null} key @param {number} time */
+export function wayAt(run, key, time) {
+  if (typeof key === "number") return key * (time - run.t[0]);
+  return key ? valueAt(run, key, time) : 0;
+}
+
 /** Numbers for people: six digits. @param {number|null|undefined} x */
 export function shown(x) {
   if (x === null || x === undefined || Number.isNaN(x)) return "–";

@@ -2,11 +2,13 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Vehicle } from "./bodies.js";
-import { shown, valueAt } from "./data.js";
+import { Section } from "./section.js";
+import { shown, wayAt } from "./data.js";
 import { element } from "./dom.js";
 import { Track } from "./track.js";
 
 const SLEEPERS = 0.65; // m between them
+const USUAL = 0.7475; // m, half the distance of the running lines that all sizes here are for
 
 export class Moving {
   /** @param {any} scene @param {import("./data.js").Run} run @param {(time: number) => void} onTime */
@@ -21,7 +23,7 @@ export class Moving {
     this.build();
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, preserveDrawingBuffer: true });
     this.world = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(40, 16 / 9, 0.05, 2000);
+    this.camera = new THREE.PerspectiveCamera(40, 16 / 9, 0.005, 2000);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener("change", () => this.render());
@@ -29,8 +31,13 @@ export class Moving {
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);
     sun.position.set(30, -40, 60);
     this.world.add(sun);
-    this.track = new Track(run.columns.get(scene.track.distance) ?? [0], run.columns.get(scene.track.curvature) ?? []);
-    this.world.add(rails(this.track, scene.track.half_gauge));
+    this.scale = scene.track.half_gauge / USUAL;
+    this.track = new Track(
+      Float64Array.from(run.t, (time) => wayAt(run, scene.track.distance, time)),
+      run.columns.get(scene.track.curvature) ?? [],
+      this.scale,
+    );
+    this.world.add(rails(this.track, scene.track.half_gauge, this.scale));
     this.vehicle = new Vehicle(scene, run, this.track, false);
     this.world.add(this.vehicle.group);
     this.ghost = null;
@@ -64,6 +71,8 @@ export class Moving {
         }),
       ),
     );
+    this.contact = this.scene.profiles?.wheel && this.scene.forces.length ? new Section(this.scene, this.run) : null;
+    if (this.contact) this.element.append(this.contact.element);
     this.rate = 1;
     this.playing = false;
   }
@@ -95,10 +104,10 @@ export class Moving {
   }
 
   eyes() {
-    const s = valueAt(this.run, this.scene.track.distance, this.time);
-    const half = Math.abs(this.scene.bodies[1]?.offset ?? 3);
+    const s = wayAt(this.run, this.scene.track.distance, this.time);
+    const half = Math.max(...this.scene.bodies.map((body) => Math.abs(body.offset))) / this.scale;
     const views = { outside: [[5, -13, 5], [0, 0, 1]], following: [[-16, 3, 4.5], [0, 0, 1.2]], driver: [[half + 1.5, 0, 2.4], [half + 12, 0, 1]], above: [[0, -0.01, 20], [0, 0, 0]], gear: [[half + 2.4, -2.6, 1.1], [half, 0, 0.35]] };
-    const [from, to] = views[this.view] ?? views.outside;
+    const [from, to] = (views[this.view] ?? views.outside).map((place) => place.map((x) => x * this.scale));
     const world = ([forward, left, up]) => {
       const at = this.track.at(s + (this.view === "driver" ? forward : 0));
       const ahead = this.view === "driver" ? 0 : forward;
@@ -122,9 +131,10 @@ export class Moving {
     }
     this.camera.lookAt(this.controls.target);
     this.vehicle.place(this.time, this.exaggeration);
+    this.contact?.place(this.time);
     this.ghost?.place(Math.min(this.time, this.ghost.run.t[this.ghost.run.t.length - 1]), this.exaggeration);
     this.scrub.value = String(this.time);
-    const s = valueAt(this.run, this.scene.track.distance, this.time);
+    const s = wayAt(this.run, this.scene.track.distance, this.time);
     this.clock.textContent = `t = ${this.time.toFixed(2)} s, s = ${shown(Number(s.toFixed(1)))} m`;
     this.render();
   }
@@ -160,25 +170,25 @@ export class Moving {
   }
 }
 
-/** Rails and sleepers. @param {Track} track @param {number} half half the gauge, m */
-function rails(track, half) {
+/** Rails and sleepers. @param {Track} track @param {number} half half the gauge, m @param {number} scale of everything */
+function rails(track, half, scale) {
   const group = new THREE.Group();
   const [from, to] = track.span;
-  const n = Math.min(1200, Math.ceil((to - from) / 0.5));
+  const n = Math.min(1200, Math.ceil((to - from) / (0.5 * scale)));
   const steel = new THREE.MeshStandardMaterial({ color: 0x7d858f, roughness: 0.4, metalness: 0.5 });
   for (const side of [half, -half]) {
     const points = Array.from({ length: n + 1 }, (_, k) => {
       const at = track.at(from + ((to - from) * k) / n);
-      return new THREE.Vector3(at.x - side * Math.sin(at.heading), at.y + side * Math.cos(at.heading), -0.05);
+      return new THREE.Vector3(at.x - side * Math.sin(at.heading), at.y + side * Math.cos(at.heading), -0.05 * scale);
     });
-    group.add(new THREE.Mesh(new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), n, 0.05, 6), steel));
+    group.add(new THREE.Mesh(new THREE.TubeGeometry(new THREE.CatmullRomCurve3(points), n, 0.05 * scale, 6), steel));
   }
-  const count = Math.min(2000, Math.floor((to - from) / SLEEPERS));
-  const sleepers = new THREE.InstancedMesh(new THREE.BoxGeometry(0.22, 2.4, 0.1), new THREE.MeshStandardMaterial({ color: 0x8c8173, roughness: 1 }), count);
+  const count = Math.min(2000, Math.floor((to - from) / (SLEEPERS * scale)));
+  const sleepers = new THREE.InstancedMesh(new THREE.BoxGeometry(0.22 * scale, 2.4 * scale, 0.1 * scale), new THREE.MeshStandardMaterial({ color: 0x8c8173, roughness: 1 }), count);
   const place = new THREE.Object3D();
   for (let k = 0; k < count; k++) {
-    const at = track.at(from + k * SLEEPERS);
-    place.position.set(at.x, at.y, -0.16);
+    const at = track.at(from + k * SLEEPERS * scale);
+    place.position.set(at.x, at.y, -0.16 * scale);
     place.rotation.set(0, 0, at.heading);
     place.updateMatrix();
     sleepers.setMatrixAt(k, place.matrix);

@@ -1,15 +1,16 @@
 /** Where the track lies: its centre line from the recorded curvature over distance. */
 import { placeOf } from "./data.js";
 
-const BEFORE = 40; // m of straight track before what was run over, and behind it
+const BEFORE = 40; // times the scale, m of straight track before what was run over, and behind it
 
 export class Track {
-  /** @param {ArrayLike<number>} distance m @param {ArrayLike<number>} curvature 1/m, positive to the left */
-  constructor(distance, curvature) {
+  /** @param {ArrayLike<number>} distance m @param {ArrayLike<number>} curvature 1/m, positive to the left @param {number} scale 1 for a track of usual gauge */
+  constructor(distance, curvature, scale) {
+    this.before = BEFORE * scale;
     const s = [];
     const kappa = [];
     for (let k = 0; k < distance.length; k++) {
-      if (s.length && !(distance[k] > s[s.length - 1] + 0.02)) continue;
+      if (s.length && !(distance[k] > s[s.length - 1] + 0.02 * scale)) continue;
       s.push(distance[k]);
       kappa.push(curvature[k] ?? 0);
     }
@@ -45,6 +46,6 @@ export class Track {
 
   /** From where to where the track is drawn. */
   get span() {
-    return [this.s[0] - BEFORE, this.s[this.s.length - 1] + BEFORE];
+    return [this.s[0] - this.before, this.s[this.s.length - 1] + this.before];
   }
 }
