@@ -70,11 +70,13 @@ def sections(values: Mapping[str, float], flange_side: int) -> dict[str, Any]:
     Empty where tread, fillet and flange of these values do not make a section.
     """
     g0, clearance, angle = values["conicity"], values["flange_clearance"], values["flange_angle"]
-    corner = {"corner": values["corner_radius"], "corner_offset": values["corner_offset"], "depth": values["corner_depth"]}
-    flange = {"height": values["flange_height"], "tip": values["flange_tip_radius"], "margin": values["tread_margin"]}
+    shape: dict[str, Any] = {
+        "height": values["flange_height"], "tip": values["flange_tip_radius"], "margin": values["tread_margin"],
+        "corner": values["corner_radius"], "corner_offset": values["corner_offset"], "depth": values["corner_depth"],
+    }  # fmt: skip
     try:
         if flange_side > 0:
-            wheel = ntcirw_wheel(g0, values["conicity_gradient"], clearance, angle, **flange, **corner)
+            wheel = ntcirw_wheel(g0, values["conicity_gradient"], clearance, angle, **shape)
         else:
             wheel = conventional_wheel(g0, clearance, angle)
     except ValueError:  # the equations of the contact know no such limit
