@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import clock_fmus
 import pytest
 from fmu_models import COMPONENTS
 
@@ -272,6 +273,16 @@ def test_what_breaks_no_rule_is_no_fault(built: Callable, changed: Callable[...,
     findings = check_fmu(path)
     assert rules(findings) == set()
     assert rules(findings, "warning") == {"validation"}
+
+
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+def test_clocks_are_ticked_when_they_are_due(exchange: bool, tmp_path: Path) -> None:
+    """The FMU refuses ticks at other times, and to be asked for an interval that it does not decide on."""
+    assert worse_than_notes(check_fmu(clock_fmus.clocks(tmp_path, exchange=exchange))) == []
+    findings = check_fmu(clock_fmus.clocks(tmp_path, "changing", exchange=exchange))
+    assert [(f.rule, f.message) for f in worse_than_notes(findings)] == [
+        ("clocks", "get interval of every: fmi3GetIntervalDecimal failed with status 3 (error).")
+    ]
 
 
 def test_no_binary_for_this_machine_is_a_note(built: Callable, tmp_path: Path) -> None:

@@ -56,4 +56,4 @@ def clocks(folder: Path, kind: str = "constant", *, exchange: bool = False, vari
     text = text.replace("@ABLE@", "" if exchange else able).replace("@KIND@", kind).replace("@INTERVAL@", interval)
     file = folder / f"clocks_{kind}{'_exchange' if exchange else ''}{'' if variable else '_even'}.fmu"
     place = f"binaries/{host().name}/clocks{host().suffix}"
-    return small_fmus.written(file, text, place, small_fmus.library("clocks3.c"))
+    return small_fmus.written(file, text, place, small_fmus.library("clocks3.c", more="rest3.c"))

@@ -223,14 +223,17 @@ def written(file: Path, description: str, place: str, library: bytes) -> Path:
 
 
 @cache
-def library(source: str, flags: str = "") -> bytes:
-    """A file of c/ compiled for this machine."""
+def library(source: str, flags: str = "", more: str = "") -> bytes:
+    """A file of c/, or two, compiled into one library for this machine."""
+    sources = [one for one in (source, more) if one]
     spec = importlib.util.find_spec("fmpy")
     assert spec is not None
     assert spec.submodule_search_locations
     with tempfile.TemporaryDirectory() as scratch:
         for header in (Path(spec.submodule_search_locations[0]) / "c-code").glob("fmi*.h"):
             shutil.copy(header, scratch)
-        shutil.copy(Path(__file__).parent / "c" / source, scratch)
-        (found,) = compile_libraries(Path(scratch), {source: "-O1"}, "small", {host(): True}, options=flags.split()).values()
+        for one in sources:
+            shutil.copy(Path(__file__).parent / "c" / one, scratch)
+        of = dict.fromkeys(sources, "-O1")
+        (found,) = compile_libraries(Path(scratch), of, "small", {host(): True}, options=flags.split()).values()
     return found

@@ -1,6 +1,7 @@
 """Probes of events: event mode of Co-Simulation, event indicators, clocks, model partitions."""
 
 import ctypes
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from .examined import STEPS, Examined
 from .findings import Say
 from .instance import Instance
 
+CHANGED = 2  # of fmi3IntervalQualifier
 ROUNDS = 100  # of updateDiscreteStates, after which an event iteration counts as endless
 
 
@@ -23,6 +25,8 @@ def events(fmu: Examined, say: Say) -> None:
         it.initialize()
         following = _handle(it, it.start, say)
         it.call("fmi3EnterStepMode", it.fmu.enterStepMode)
+        if any(v.type == "Clock" and v.causality == "input" for v in fmu.model.modelVariables):
+            return  # a step must not pass a tick, see clocks()
         t = it.start
         for _ in range(STEPS):
             h = fmu.h if following is None or following <= t else min(fmu.h, following - t)
@@ -79,35 +83,62 @@ def _indicators(fmu: Examined, it: Instance, say: Say) -> None:
 
 
 def clocks(fmu: Examined, say: Say) -> None:
-    """Co-Simulation of FMI 3.0: every input clock can be ticked in event mode, every output clock asked for."""
+    """Every input clock can be ticked in event mode when it is due, every output clock asked for, by either interface."""
     found = [v for v in fmu.model.modelVariables if v.type == "Clock"]
-    if fmu.kind != "cs" or not found:
+    if fmu.kind == "se" or not found:
         return
-    if not fmu.can("hasEventMode"):
+    if fmu.kind == "cs" and not fmu.can("hasEventMode"):
         say("clocks need event mode in Co-Simulation, hasEventMode is not true")
         return
-    with fmu.instance("cs", events=True) as it:
-        it.initialize()
-        for v in found:
-            if v.causality == "input":
-                it.call(f"tick clock {v.name}", lambda v=v: it.fmu.setClock([v.valueReference], [True]))
-                _handle(it, it.start, say)
-            elif v.causality == "output":
-                it.values(v)
-            if v.causality == "input" and v.intervalVariability in ("changing", "countdown", "tunable"):
-                _interval(it, v, say)
-        it.call("fmi3EnterStepMode", it.fmu.enterStepMode)
+    inputs = [v for v in found if v.causality == "input"]
+    outputs = [v for v in found if v.causality == "output"]
+    with fmu.instance(fmu.kind, events=fmu.kind == "cs") as it:
+        it.initialize(stay=True)
+        it.call("fmi3ExitInitializationMode", it.fmu.exitInitializationMode)  # into event mode
+        due = {v.name: _first(it, v, fmu.shifts[v.name], say) for v in inputs}
+        _tick(it, inputs, due, outputs, it.start, say)
+        leave = it.fmu.enterStepMode if fmu.kind == "cs" else it.fmu.enterContinuousTimeMode
+        it.call("leave event mode", leave)
+        next_ = min((t for t in due.values() if t > it.start), default=np.inf)
+        if fmu.kind == "cs" and fmu.can("canHandleVariableCommunicationStepSize") and np.isfinite(next_):
+            happened, ends, early, last = it.call("fmi3DoStep", lambda: it.fmu.doStep(it.start, next_ - it.start))
+            if not (happened or ends or early) and abs(last - next_) <= 1e-9 * max(1.0, abs(next_)):
+                it.call("fmi3EnterEventMode", it.fmu.enterEventMode)
+                _tick(it, inputs, due, outputs, next_, say)
+                it.call("fmi3EnterStepMode", it.fmu.enterStepMode)
 
 
-def _interval(it: Instance, clock: Any, say: Say) -> None:
-    """A clock that the FMU itself times must give an interval that is positive, or say that there is none now."""
+def _tick(it: Instance, inputs: Sequence[Any], due: Mapping[str, float], outputs: Sequence[Any], t: float, say: Say) -> None:
+    """In event mode at t (s): the clocks that are due, and those that others tick; output clocks are asked before an update."""
+    for v in inputs:
+        if v.intervalVariability == "triggered" or abs(due[v.name] - t) <= 1e-9 * max(1.0, abs(t)):
+            it.call(f"tick clock {v.name} at {t:g} s", lambda v=v: it.fmu.setClock([v.valueReference], [True]))
+            for output in outputs:
+                it.values(output)
+            _handle(it, t, say)
+
+
+def _first(it: Instance, clock: Any, shift: float, say: Say) -> float:
+    """When a clock ticks first (s); infinite where that is not known, or others tick it."""
+    kind = clock.intervalVariability
+    if kind == "triggered":
+        return float("inf")
+    known, interval = (1, 0.0) if kind in ("constant", "fixed") else _interval(it, clock, say)
+    if kind == "countdown":
+        return it.start + interval if known == CHANGED else float("inf")
+    return it.start + shift
+
+
+def _interval(it: Instance, clock: Any, say: Say) -> tuple[int, float]:
+    """Qualifier and interval (s) that the FMU gives: positive, or it says that there is none now."""
     interval, qualifier = (ctypes.c_double * 1)(), (ctypes.c_int * 1)()
     references = (ctypes.c_uint * 1)(clock.valueReference)
     it.call(f"get interval of {clock.name}", lambda: it.fmu.getIntervalDecimal(references, interval, qualifier))
     if qualifier[0] not in (0, 1, 2):
         say(f"clock {clock.name!r}: the qualifier of its interval must be 0, 1 or 2, got {qualifier[0]}")
-    elif qualifier[0] and not (interval[0] > 0.0 or (clock.intervalVariability == "countdown" and interval[0] >= 0.0)):
+    elif qualifier[0] == CHANGED and not (interval[0] > 0.0 or (clock.intervalVariability == "countdown" and interval[0] >= 0.0)):
         say(f"clock {clock.name!r}: its interval must be positive, got {interval[0]} s")
+    return qualifier[0], interval[0]
 
 
 def scheduled(fmu: Examined, say: Say) -> None:

@@ -26,6 +26,7 @@ class Examined:
         self.kind = "cs" if self.model.coSimulation is not None else "me" if self.model.modelExchange is not None else "se"
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
+        self.shifts = {v.get("name"): number(v.get("shiftDecimal")) or 0.0 for v in root.iter("Clock")}  # not all that FMPy reads
         real = real_scalars(self.model)
         self.inputs = [v.name for v in real if v.causality == "input" and v.variability == "continuous"]
         self.outputs = [v.name for v in real if v.causality == "output"]

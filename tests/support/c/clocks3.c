@@ -17,29 +17,33 @@ enum { INSTANTIATED, INITIALIZATION, EVENT, STEP, CONTINUOUS };
 
 typedef struct {
     double v[N], due;
-    int exchange, mode, every, go, out, changed;
+    int exchange, events, mode, every, go, out, changed;
     size_t size;
     unsigned char letter[64], answer[64];
 } It;
 
-static It *made(fmi3String token, int exchange) {
+static It *made(fmi3String token, int exchange, int events) {
     if (strcmp(token, "clocks")) return NULL;
     It *s = calloc(1, sizeof *s);
-    s->exchange = exchange, s->v[EACH] = 2, s->v[INTERVAL] = 0.1;
+    s->exchange = exchange, s->events = events, s->v[EACH] = 2, s->v[INTERVAL] = 0.1, s->v[V] = 1;
     return s;
 }
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String a, fmi3String token, fmi3String b, fmi3Boolean d, fmi3Boolean e,
                                          fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference f[], size_t g,
                                          fmi3InstanceEnvironment i, fmi3LogMessageCallback j, fmi3IntermediateUpdateCallback k) {
     (void)a, (void)b, (void)d, (void)e, (void)early, (void)f, (void)g, (void)i, (void)j, (void)k;
-    return events ? made(token, 0) : NULL;
+    return made(token, 0, events);
 }
 fmi3Instance fmi3InstantiateModelExchange(fmi3String a, fmi3String token, fmi3String b, fmi3Boolean d, fmi3Boolean e,
                                           fmi3InstanceEnvironment f, fmi3LogMessageCallback g) {
     (void)a, (void)b, (void)d, (void)e, (void)f, (void)g;
-    return made(token, 1);
+    return made(token, 1, 1);
 }
 void fmi3FreeInstance(fmi3Instance c) { free(c); }
+fmi3Status fmi3Reset(fmi3Instance c) {
+    It *s = c, *fresh = made("clocks", s->exchange, s->events);
+    return *s = *fresh, free(fresh), fmi3OK;
+}
 fmi3Status fmi3Terminate(fmi3Instance c) { return (void)c, fmi3OK; }
 
 static void plan(It *s) { /* the next tick, after one now */
@@ -58,12 +62,13 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     if (s->mode != INITIALIZATION) return fmi3Error;
     int k = (int)s->v[KIND];
     s->due = s->v[TIME] + (k == FIXED ? s->v[INTERVAL] / 2 : k == COUNTDOWN ? s->v[INTERVAL] : 0);
-    s->mode = EVENT;
+    s->mode = s->events ? EVENT : STEP; /* without event mode no clock ticks */
+    if (!s->events) s->due = INFINITY;
     return fmi3OK;
 }
 fmi3Status fmi3EnterEventMode(fmi3Instance c) {
     It *s = c;
-    if (s->mode != (s->exchange ? CONTINUOUS : STEP)) return fmi3Error;
+    if (!s->events || s->mode != (s->exchange ? CONTINUOUS : STEP)) return fmi3Error;
     s->mode = EVENT;
     return fmi3OK;
 }
@@ -148,7 +153,7 @@ static int may_set(const It *s, fmi3ValueReference vr) {
     if (vr == EACH || vr == KIND) return s->mode < EVENT;
     if (vr == INTERVAL) return s->mode <= EVENT;
     if (vr == PLAIN) return 1;
-    if (s->mode == INSTANTIATED) return vr == U || vr == V || vr == LETTER; /* start values */
+    if (s->mode < EVENT) return vr != TICKS && vr != GOES && vr != DX; /* start values */
     return s->mode == EVENT && ((vr == V && s->every) || ((vr == U || vr == LETTER) && s->go));
 }
 static int is_whole(fmi3ValueReference vr) { return vr == TICKS || vr == GOES || vr == EACH || vr == KIND; }
