@@ -285,6 +285,11 @@ def test_clocks_are_ticked_when_they_are_due(exchange: bool, tmp_path: Path) -> 
     ]
 
 
+def test_an_fmu_that_wants_event_mode_is_tried_by_its_other_interface(tmp_path: Path) -> None:
+    """FMUs with clocks of one exporter can be instantiated with event mode only."""
+    assert [(f.rule, f.severity) for f in check_fmu(clock_fmus.clocks(tmp_path, events_only=True))] == [("instance", "note")]
+
+
 def test_no_binary_for_this_machine_is_a_note(built: Callable, tmp_path: Path) -> None:
     other = tmp_path / "other.fmu"
     with zipfile.ZipFile(built("gain")[1]) as source, zipfile.ZipFile(other, "w") as target:

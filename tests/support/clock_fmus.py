@@ -10,7 +10,7 @@ KINDS = ("constant", "fixed", "tunable", "changing", "countdown")
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="clocks" instantiationToken="clocks">
-  <@WAY@ modelIdentifier="clocks" canGetAndSetFMUState="true" canSerializeFMUState="true" @ABLE@/>
+  @WAYS@
   <ModelVariables>
     <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
     <Clock name="every" valueReference="1" causality="input" intervalVariability="@KIND@" @INTERVAL@/>
@@ -44,16 +44,21 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def clocks(folder: Path, kind: str = "constant", *, exchange: bool = False, variable: bool = True) -> Path:
+def clocks(
+    folder: Path, kind: str = "constant", *, exchange: bool = False, variable: bool = True, events_only: bool = False
+) -> Path:
     """An FMU whose clock `every` is of a kind, one of KINDS; its place in there must be given to the parameter `kind`.
 
-    exchange : by Model Exchange. variable : its communication steps may vary.
+    exchange : by Model Exchange. variable : its communication steps may vary. events_only : by both, where Co-Simulation wants
+    event mode.
     """
+    can = 'modelIdentifier="clocks" canGetAndSetFMUState="true" canSerializeFMUState="true"'
     able = f'canHandleVariableCommunicationStepSize="{str(variable).lower()}" hasEventMode="true"'
+    ways = [f"<ModelExchange {can}/>"] * (exchange or events_only) + [f"<CoSimulation {can} {able}/>"] * (not exchange)
     stated = {"constant": 'intervalDecimal="0.1"', "tunable": 'intervalDecimal="0.1"'}
     interval = {**stated, "fixed": 'intervalDecimal="0.1" shiftDecimal="0.05"'}.get(kind, "")
-    text = DESCRIPTION.replace("@WAY@", "ModelExchange" if exchange else "CoSimulation")
-    text = text.replace("@ABLE@", "" if exchange else able).replace("@KIND@", kind).replace("@INTERVAL@", interval)
-    file = folder / f"clocks_{kind}{'_exchange' if exchange else ''}{'' if variable else '_even'}.fmu"
+    text = DESCRIPTION.replace("@WAYS@", "".join(ways)).replace("@KIND@", kind).replace("@INTERVAL@", interval)
+    file = folder / f"clocks_{kind}{'_exchange' if exchange else ''}{'' if variable else '_even'}{'_events' * events_only}.fmu"
     place = f"binaries/{host().name}/clocks{host().suffix}"
-    return small_fmus.written(file, text, place, small_fmus.library("clocks3.c", more="rest3.c"))
+    library = small_fmus.library("clocks3.c", "-DEVENTS_ONLY" if events_only else "", more="rest3.c")
+    return small_fmus.written(file, text, place, library)

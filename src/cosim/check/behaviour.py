@@ -28,6 +28,9 @@ def instance(fmu: Examined, say: Say) -> None:
     for kind, interface in (("cs", fmu.model.coSimulation), ("me", fmu.model.modelExchange)):
         if interface is None:
             continue
+        if kind == "cs" and fmu.events_only:
+            say("by Co-Simulation it can be instantiated with event mode only; the rest was tried by Model Exchange", "note")
+            continue
         with fmu.instance(kind) as it:
             it.initialize()
             if kind == "cs":  # FMI lets an output be infinite or NaN, but nothing can be done with it
@@ -88,7 +91,7 @@ def instances(fmu: Examined, say: Say) -> None:
 
 def reset(fmu: Examined, say: Say) -> None:
     """After a reset a run is what it was at first."""
-    if fmu.model.coSimulation is None:
+    if fmu.kind != "cs":
         return
     with fmu.instance() as it:
         first = list(fmu.run(it.initialize({}), 4))

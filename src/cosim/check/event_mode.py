@@ -90,17 +90,23 @@ def clocks(fmu: Examined, say: Say) -> None:
     if fmu.kind == "cs" and not fmu.can("hasEventMode"):
         say("clocks need event mode in Co-Simulation, hasEventMode is not true")
         return
+    if fmu.events_only:
+        _clocks(fmu, "cs", found, say)
+    _clocks(fmu, fmu.kind, found, say)
+
+
+def _clocks(fmu: Examined, kind: str, found: Sequence[Any], say: Say) -> None:
     inputs = [v for v in found if v.causality == "input"]
     outputs = [v for v in found if v.causality == "output"]
-    with fmu.instance(fmu.kind, events=fmu.kind == "cs") as it:
+    with fmu.instance(kind, events=kind == "cs") as it:
         it.initialize(stay=True)
         it.call("fmi3ExitInitializationMode", it.fmu.exitInitializationMode)  # into event mode
         due = {v.name: _first(it, v, fmu.shifts[v.name], say) for v in inputs}
         _tick(it, inputs, due, outputs, it.start, say)
-        leave = it.fmu.enterStepMode if fmu.kind == "cs" else it.fmu.enterContinuousTimeMode
+        leave = it.fmu.enterStepMode if kind == "cs" else it.fmu.enterContinuousTimeMode
         it.call("leave event mode", leave)
         next_ = min((t for t in due.values() if t > it.start), default=np.inf)
-        if fmu.kind == "cs" and fmu.can("canHandleVariableCommunicationStepSize") and np.isfinite(next_):
+        if kind == "cs" and fmu.can("canHandleVariableCommunicationStepSize") and np.isfinite(next_):
             happened, ends, early, last = it.call("fmi3DoStep", lambda: it.fmu.doStep(it.start, next_ - it.start))
             if not (happened or ends or early) and abs(last - next_) <= 1e-9 * max(1.0, abs(next_)):
                 it.call("fmi3EnterEventMode", it.fmu.enterEventMode)

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from .description import attribute, number
-from .instance import Instance, real_scalars
+from .instance import Instance, Refused, Unloadable, real_scalars
 
 STEPS = 10
 TAG = {"cs": "CoSimulation", "me": "ModelExchange", "se": "ScheduledExecution"}
@@ -26,6 +26,10 @@ class Examined:
         self.kind = "cs" if self.model.coSimulation is not None else "me" if self.model.modelExchange is not None else "se"
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
+        self.events_only = self.kind == "cs" and self.model.modelExchange is not None and self._wants_events()
+        if self.events_only:  # probes step without event mode, so they take the other interface
+            self.kind = "me"
+            self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
         self.shifts = {v.get("name"): number(v.get("shiftDecimal")) or 0.0 for v in root.iter("Clock")}  # not all that FMPy reads
         real = real_scalars(self.model)
         self.inputs = [v.name for v in real if v.causality == "input" and v.variability == "continuous"]
@@ -49,6 +53,19 @@ class Examined:
     def can(self, *names: str) -> bool:
         """Whether the interface states one of the capabilities `names`; FMPy does not read all of them."""
         return any(self._attributes.get(name) in ("true", "1") for name in names)
+
+    def _wants_events(self) -> bool:
+        """Whether it can be instantiated with event mode only, as FMUs with clocks do."""
+        if not self.can("hasEventMode"):
+            return False
+        answers = []
+        for events in (False, True):
+            try:
+                with self.instance("cs", events=events):
+                    answers.append(True)
+            except (Refused, Unloadable):
+                answers.append(False)
+        return answers == [False, True]
 
     def instance(self, kind: str | None = None, name: str = "instance", *, events: bool = False) -> Any:
         """A context that frees the instance."""

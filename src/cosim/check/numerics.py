@@ -159,7 +159,7 @@ def slope(fmu: Examined, say: Say) -> None:
     """
     pairs = [(v.derivative.name, v.name) for v in real_scalars(fmu.model) if v.derivative is not None]
     pairs = [p for p in pairs if p[0] in fmu.names]
-    if fmu.model.coSimulation is None or not pairs or not fmu.can("canHandleVariableCommunicationStepSize"):
+    if fmu.kind != "cs" or not pairs or not fmu.can("canHandleVariableCommunicationStepSize"):
         return
     for h in (fmu.h * 1e-3, fmu.h):
         with fmu.instance("cs") as it:

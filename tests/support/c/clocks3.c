@@ -32,6 +32,9 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String a, fmi3String token, fmi3Str
                                          fmi3Boolean events, fmi3Boolean early, const fmi3ValueReference f[], size_t g,
                                          fmi3InstanceEnvironment i, fmi3LogMessageCallback j, fmi3IntermediateUpdateCallback k) {
     (void)a, (void)b, (void)d, (void)e, (void)early, (void)f, (void)g, (void)i, (void)j, (void)k;
+#ifdef EVENTS_ONLY
+    if (!events) return NULL;
+#endif
     return made(token, 0, events);
 }
 fmi3Instance fmi3InstantiateModelExchange(fmi3String a, fmi3String token, fmi3String b, fmi3Boolean d, fmi3Boolean e,
