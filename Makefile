@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies gallery torture wheel clean
+.PHONY: run test test-all check bench paper studies gallery torture fuzz wheel clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -38,6 +38,11 @@ bench: $(DEVELOP)
 # Hostile FMUs, some minutes; see docs/reliability.md.
 torture: $(DEVELOP)
 	PYTHONPATH=tests/support $(BIN)/python campaigns/torture.py
+
+# Mutated input at every door, some minutes; see docs/reliability.md.
+fuzz: $(DEVELOP)
+	$(BIN)/python campaigns/fuzz.py --inputs 6500
+	$(BIN)/python campaigns/faces.py
 
 paper: $(READY)
 	$(BIN)/cosim paper

@@ -123,6 +123,8 @@ def unit(name: str) -> Unit:
             match = _FACTOR.fullmatch(text)
             if match is None or match[1] not in _ATOMS or _ATOMS[match[1]][1] != 0.0:
                 raise ValueError(f"unknown unit {text!r}" + (f" in {name!r}" if text != name else ""))
+            if len(match[2] or "") > 3:
+                raise ValueError(f"exponents of units must have at most two digits, got {text!r}")
             power = sign * int(match[2] or 1)
             factor *= _ATOMS[match[1]][0] ** power
             exponents = [e + power * d for e, d in zip(exponents, _ATOMS[match[1]][2], strict=True)]

@@ -8,6 +8,8 @@
 
 #include "core.h"
 
+#define MOST_SAMPLES 1e15 /* from time 0, so that their number stays exact */
+
 /* ---- messages to the importer --------------------------------------------------------------------------------------- */
 
 static void tell(Instance *m, Status status, unsigned category, const char *format, ...) {
@@ -69,6 +71,9 @@ static void to_start(Instance *m) {
 
 static Status set_experiment(Instance *m, const char *function, double start, int stop_defined, double stop) {
     if (!isfinite(start)) return fail(m, function, "startTime must be finite");
+#ifdef SAMPLE_PERIOD
+    if (fabs(start / SAMPLE_PERIOD) > MOST_SAMPLES) return fail(m, function, "startTime must be within 1e15 samples of 0");
+#endif
     if (stop_defined && !(stop >= start)) return fail(m, function, "stopTime must not be before startTime");
     m->s.time = m->s.start = start;
     m->s.stop = stop_defined ? stop : HUGE_VAL;

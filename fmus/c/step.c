@@ -4,6 +4,7 @@
 #include "core.h"
 
 #define LEVELS 20       /* with error control the smallest internal step is the piece / 2^LEVELS */
+#define MOST_STEPS 1e8  /* internal steps of a macro step */
 #define SAME_TIME 1e-9  /* fraction of the sample period within which two instants are one */
 
 typedef enum { DONE, NOT_FINITE, NOT_ACCURATE, RETURNED } Outcome;
@@ -177,9 +178,19 @@ static Outcome macro_step(Instance *m, double t, double h) {
     return outcome;
 }
 
+/* What a macro step is divided into at the least, s: one that needs more than MOST_STEPS of them would not come back. */
+static double shortest(const Instance *m) {
+#ifdef SAMPLE_PERIOD
+    return SAMPLE_PERIOD < m->s.p[INTERNAL_STEP] ? SAMPLE_PERIOD : m->s.p[INTERNAL_STEP];
+#else
+    return m->s.p[INTERNAL_STEP];
+#endif
+}
+
 /* What doStep of both FMI versions does: checks, the step, and the message if it fails. */
 static Status do_step(Instance *m, const char *function, double t, double h) {
     if (!(h > 0.0) || !isfinite(h)) return fail(m, function, "communicationStepSize must be positive and finite");
+    if (h > MOST_STEPS * shortest(m)) return fail(m, function, "communicationStepSize must take at most 1e8 internal steps");
     if (!(fabs(t - m->s.time) <= 1e-3 * h + 1e-9 * fabs(t)))
         return fail(m, function, "currentCommunicationPoint must be the time reached");
     if (t + h > m->s.stop + 1e-9 * (fabs(m->s.stop) + h)) return fail(m, function, "the step ends behind the stop time");

@@ -59,6 +59,8 @@ def read_text(text: str, file: str) -> Description:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{file}: must be TOML: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{file}: must be TOML that is nested less deeply") from None
     book = Book(file)
     if "vehicle" not in data:
         raise book.error("vehicle", "must be given: the table that makes this a vehicle file")

@@ -10,13 +10,13 @@ A .toml file has a table for each component, as System.addressed() takes its nam
 """
 
 import datetime
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import nearest
 from ..systems import System
+from ..systems.scenario import read_toml
 from .documents import load, value_of
 from .rules import NAMESPACES
 
@@ -65,12 +65,7 @@ def read_parameters(file: Path, system: System) -> list[tuple[str, Any]]:
 
 
 def _toml(file: Path) -> Iterator[tuple[str, Any]]:
-    try:
-        document = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"parameter file {str(file)!r} cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"parameter file {str(file)!r} must be TOML: {error}") from None
+    document = read_toml(file, f"parameter file {str(file)!r}")
     yield from _flat(file, document, "")
 
 

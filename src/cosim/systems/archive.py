@@ -43,7 +43,7 @@ def xml(data: bytes, where: str) -> etree._Element:
     try:
         root = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        raise ValueError(f"{where} must be well-formed XML: {error.msg or 'it is empty'}") from None
+        raise ValueError(f"{where} must be well-formed XML: {' '.join((error.msg or 'it is empty').split())}") from None
     if root.getroottree().docinfo.internalDTD is not None:
         raise ValueError(f"{where} must have no document type declaration (it could expand entities)")
     return root

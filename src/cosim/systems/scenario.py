@@ -130,6 +130,8 @@ def read_toml(file: str | Path, where: str) -> dict[str, Any]:
         raise ValueError(f"{where} cannot be read: {error.strerror or error}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{where} must be TOML: {error}") from None
+    except RecursionError:
+        raise ValueError(f"{where} must be TOML that is nested less deeply") from None
 
 
 def _event(table: dict[str, Any], where: str) -> Event:

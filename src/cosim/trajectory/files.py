@@ -102,10 +102,11 @@ def read_with_origin(file: str | Path) -> tuple[Trajectory, Origin | None]:
             trajectory, told = read_mdf(file)
         else:
             trajectory = read_csv(file) if file.suffix == ".csv" else read_mat(file)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(file)) from None
     except Exception as error:  # the readers of four formats fail in ways of their own
-        raise ValueError(f"{str(file)!r} must be a {file.suffix} that holds results over time: {error}") from None
+        if isinstance(error, OSError) and error.errno is not None:
+            raise OSError(error.errno, error.strerror or str(error), str(file)) from None
+        said = " ".join(str(error).split())[:200]
+        raise ValueError(f"{str(file)!r} must be a {file.suffix} that holds results over time: {said}") from None
     if file.suffix in (".csv", ".mat") and beside(file).is_file():
         where = f"{str(beside(file))!r}"
         told = beside(file).read_text(encoding="utf-8", errors="replace")
