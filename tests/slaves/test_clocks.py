@@ -173,3 +173,16 @@ def test_a_clock_that_a_connector_does_not_have_is_refused(clock: str, words: st
     plan = System("s", (SystemComponent("b", str(file), ports=ports),), ())
     with pytest.raises(ValueError, match=re.escape(words)):
         simulate(plan, step=0.1, stop=0.1)
+
+
+def test_a_clock_with_an_interval_of_its_own_ticks_those_of_others(tmp_path: Path) -> None:
+    """As the clock of a bus does, whose message is there when its countdown is over: 0.1, 0.2, 0.4, 0.7."""
+    file = clock_fmus.clocks(tmp_path, "countdown")
+    given = {"kind": clock_fmus.KINDS.index("countdown"), "letter": b"x"}
+    plan = system(
+        ("b", clock_fmus.clocks(tmp_path), {"each": 0}), ("a", file, given),
+        wires=("a.every -> b.go", "a.answer -> b.letter", "a.ticks -> b.u"),
+    )  # fmt: skip
+    done = simulate(plan, step=0.25, stop=1.0)
+    assert done.trajectory["b.goes"].tolist() == [0, 2, 3, 4, 4]
+    assert done.trajectory["b.sum"].tolist() == [0, 0 + 1, 1 + 2, 3 + 3, 6]

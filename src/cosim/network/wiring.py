@@ -70,7 +70,8 @@ def check_ports(part: SystemComponent, slave: Slave) -> None:
     d = slave.description
     signals = {"input": (*d.inputs, *d.text_inputs), "output": (*d.outputs, *d.text_outputs)}
     clocks = {"input": d.clock_inputs, "output": d.clock_outputs}
-    own = [*d.clock_inputs, *d.clock_outputs, *(k for k, kind in d.excluded.items() if kind.startswith("Clock"))]
+    named = (*d.clock_inputs, *d.clock_outputs, *(k for k, kind in d.excluded.items() if kind.startswith("Clock")))
+    own = list(dict.fromkeys(named))
     for name, port in part.ports.items():
         where = f"connector {part.name}.{name}"
         for clock in port.clocks:

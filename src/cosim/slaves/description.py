@@ -35,7 +35,7 @@ class SlaveDescription:
     counts_events : bool
         Whether it says how many events it has had.
     clock_inputs, clock_outputs : tuple of str
-        Clocks that other components tick, and that tick those of others.
+        Clocks that other components tick, and that tick those of others: output clocks, and clocks with an interval of their own.
     clocked : mapping of str to tuple of str
         The clocks of each clocked input, by name: it is set where one of them ticks, and only there.
     tunable : frozenset of str

@@ -59,7 +59,7 @@ def described(description: Description) -> SlaveDescription:
         can_serialize=restores and serializes,
         counts_events=description.version == "3" and used(description),
         clock_inputs=clock_inputs if ticking else (),
-        clock_outputs=clock_outputs if ticking else (),
+        clock_outputs=(*clock_outputs, *own) if ticking else (),
         clocked={name: by_clock[row.name] for row in description.rows if row.name in by_clock for name in names(row)},
         tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
         text_inputs=tuple(s for row in texts(description, "input") for s in _elements(row, "input")),

@@ -59,6 +59,7 @@ class Ticking:
         }
         self._rows = {row.name: row for row in model.rows}
         self._active: frozenset[str] = frozenset()
+        self._own: tuple[str, ...] = ()  # time-based ones that have ticked, and nobody has looked yet
         self.listening = False
 
     def begin(self, note: EventState, t: float) -> EventState:
@@ -87,7 +88,7 @@ class Ticking:
             due |= set(tick.clocks)
             values |= dict(tick.u)
             told |= tick.texts
-        self._active = frozenset(due)
+        self._active, self._own = frozenset(due), tuple(sorted(own))
         if due:
             self._clocks.activate(self._fmu.instance, sorted(due), t, h)
             self._set_inputs(u, values, t, h)
@@ -121,9 +122,10 @@ class Ticking:
         return list(by_variable(self._rows, known))
 
     def look(self, note: EventState, t: float) -> EventState:
-        """At t (s): note output clocks that tick, and intervals that change."""
+        """At t (s): note output clocks that tick, time-based ones that have ticked, and intervals that change."""
         timers = self._clocks.asked(self._fmu.instance, note.timers, self._active, t)
-        clocks = self._clocks.ticking(self._fmu.instance, t) if self.listening else ()
+        clocks = (*self._clocks.ticking(self._fmu.instance, t), *self._own) if self.listening else ()
+        self._own = ()
         if not clocks:
             return replace(note, timers=timers) if timers != note.timers else note
         fmu = self._fmu
