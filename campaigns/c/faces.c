@@ -165,6 +165,7 @@ static void face2(Bytes *b) {
                     if (fmi2DeSerializeFMUstate(c, bytes, byte(b) % 4 ? size : size / 2, &other) == fmi2OK) {
                         fmi2SetFMUstate(c, other);
                         fmi2FreeFMUstate(c, &other);
+                        free(other); /* which a state of another mode does not let its instance do */
                     }
                 }
                 free(bytes);
@@ -260,6 +261,7 @@ static void face3(Bytes *b) {
                     if (fmi3DeserializeFMUState(c, bytes, byte(b) % 4 ? size : size / 2, &again) == fmi3OK) {
                         fmi3SetFMUState(c, again);
                         fmi3FreeFMUState(c, &again);
+                        free(again);
                     }
                 }
                 free(bytes);
