@@ -1,11 +1,11 @@
 """Zip files that depend on nothing but their members: FMUs and packed systems are written in this one place."""
 
 import io
-import os
-import tempfile
 import zipfile
 from collections.abc import Collection, Mapping
 from pathlib import Path
+
+from .whole_files import whole_file
 
 __all__ = ["write_zip"]
 
@@ -45,15 +45,6 @@ def write_zip(path: Path, members: Mapping[str, bytes], *, executable: str = "",
             info.create_system = _UNIX
             info.external_attr = (0o755 if executable and name.startswith(executable) else 0o644) << 16
             archive.writestr(info, content)
-    handle, beside = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data.getvalue())
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(beside).chmod(0o666 & ~mask)
-        Path(beside).replace(path)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise
+    with whole_file(path) as beside:
+        beside.write_bytes(data.getvalue())
     return path

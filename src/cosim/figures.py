@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gyro_cosim.component.whole_files import whole_file
+
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -67,7 +69,8 @@ def save(fig: "Figure", file: str | Path) -> Path:
     """
     file = Path(file)
     file.parent.mkdir(parents=True, exist_ok=True)
-    fig.savefig(file, dpi=150)
+    with whole_file(file) as beside:
+        fig.savefig(beside, dpi=150)
     return file
 
 

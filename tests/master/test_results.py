@@ -191,7 +191,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match=r"must be of this run: same system, values, algorithm, start, step and signals"):
             simulate(changed, step=step, stop=1.0, options=Options(resume=Resume(file)))
     file.write_bytes(b"nonsense")
-    with pytest.raises(ValueError, match="cannot be read"):
+    with pytest.raises(ValueError, match="must agree with its checksum"):
         simulate(PAIR, step=1e-3, stop=1.0, options=Options(resume=Resume(file)))
     with pytest.raises(ValueError, match="must exist"):
         simulate(PAIR, step=1e-3, stop=1.0, options=Options(resume=Resume(tmp_path / "gone.npz")))

@@ -116,3 +116,33 @@ def counter() -> Component:
                    state("total", "s", "its integral", is_output=True)],
         model=lambda s: ({"total": s["count"]}, {}), sample=lambda s: {"count": s["count"] + 1},
     )  # fmt: skip
+
+
+def spring() -> Component:
+    """A spring and a damper that integrate the velocity they are given."""
+    return build(
+        name="oscillator", variant="spring", description="spring", equations="", internal_step=1e-3,
+        variables=[input_("velocity", "m/s", "of the mass"), state("x", "m", "length", start=1.0, is_output=True),
+                   output("force", "N", "on the mass")],
+        model=lambda s: ({"x": s["velocity"]}, {"force": -s["x"] - 0.02 * s["velocity"]}),
+    )  # fmt: skip
+
+
+def mass() -> Component:
+    """A mass of 1 kg, which integrates its velocity as well."""
+    return build(
+        name="oscillator", variant="mass", description="mass", equations="", internal_step=1e-3,
+        variables=[input_("force", "N", "of the spring"), state("x", "m", "position", start=1.0, is_output=True),
+                   state("velocity", "m/s", "velocity", is_output=True)],
+        model=lambda s: ({"x": s["velocity"], "velocity": s["force"]}, {}),
+    )  # fmt: skip
+
+
+def held_twice() -> System:
+    """Both sides integrate the velocity that they exchange: Kyllingstad, arXiv:2512.13845, with light damping."""
+    return System(
+        "held-twice",
+        (SystemComponent("spring", f"{HERE}:spring"), SystemComponent("mass", f"{HERE}:mass")),
+        (Connection(("mass", "velocity"), ("spring", "velocity")), Connection(("spring", "force"), ("mass", "force"))),
+        bonds=(PowerBond(("mass", "velocity"), ("spring", "force")),),
+    )

@@ -1,5 +1,6 @@
 """What is installed and how it is found; an FMU in the cache is that of the component as it is now."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -175,3 +176,18 @@ def test_a_library_that_was_cut_short_is_made_anew(tmp_path: Path, monkeypatch: 
     file.write_bytes(whole[:100])
     assert machine_code.loaded(lambda: machine_code.of_component(component)).prepare
     assert file.read_bytes() == whole
+
+
+def test_a_torn_fmu_in_the_cache_is_built_anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """And what a killed builder has left long ago goes."""
+    monkeypatch.setenv("GYRO_COSIM_CACHE", str(tmp_path))
+    file = catalogue.fmu("gyro_unit:linear")
+    whole = file.read_bytes()
+    left = file.parents[1] / f"{catalogue.SCRATCH}left"
+    left.mkdir()
+    os.utime(left, (0, 0))
+    for torn in (whole[: len(whole) // 2], whole[:1000] + b"\0" * 50 + whole[1050:], b""):
+        file.write_bytes(torn)
+        assert catalogue.fmu("gyro_unit:linear").read_bytes() == whole
+    assert not left.exists()
+    assert catalogue.fmu("gyro_unit:linear").stat().st_mtime == file.stat().st_mtime

@@ -7,6 +7,9 @@ Error: the run is repeated with the macro step halved and halved again. With y_h
 p being the algorithm's order where the observed one agrees with it within 0.5, else the observed one. Where the differences
 do not shrink with the step (a chaotic run, an unstable coupling) nothing is estimated, and the certificate says why.
 
+A run with adaptive steps is done again on its own grid with every step halved, and halved again; its stability is that of even
+steps as long as its longest.
+
 Stability: with every component linearised where the run ended, a macro step of the very same algorithm is a linear map of the
 components' states and the remembered outputs. Its spectral radius is compared with that of the exact solution over a step;
 the largest stable step is the largest for which it does not exceed the larger of 1 and the exact one.
@@ -19,7 +22,7 @@ import numpy as np
 
 from ..coupling import Algorithm, History, Memory
 from ..errors import ConvergenceError
-from ..master import Progress, Run, run
+from ..master import Options, Progress, Run, run
 from ..network import Network
 from ..network.linearised import Linearised, linearise_network
 from ..trajectory import Trajectory
@@ -113,7 +116,7 @@ def certify(network: Network, result: Run, stop: float, *, progress: Progress | 
     network
         The network of the run, still open.
     result
-        A run with even steps that kept every row.
+        A run that kept every row; one with adaptive steps is done again at its own communication points and between them.
     stop
         The end of the run, s.
     progress
@@ -128,32 +131,52 @@ def certify(network: Network, result: Run, stop: float, *, progress: Progress | 
     ------
     RunError
         Where a component fails over the shorter steps.
+    ValueError
+        Where a run with adaptive steps has not kept every row.
     """
-    step, algorithm = result.step, result.algorithm
+    step, algorithm, adapted = result.step, result.algorithm, result.adaptive is not None
+    if adapted:
+        if result.trajectory.t.size != result.steps + 1:
+            raise ValueError("the certificate of a run with adaptive steps needs every communication point")
+        step = float(np.diff(result.trajectory.t).max())
     stability = margin(network, algorithm, step)  # where the run ended, before the network starts anew
     trajectories, start = [result.trajectory], result.start
     t, coarse = result.trajectory.t, result.trajectory
     size = np.abs(coarse.values).max(axis=0)
+    points = t
     for halving in range(1, HALVINGS + 1):
-        finer = run(network, algorithm, step / 2**halving, stop, start=start, progress=progress)
+        points = halved(points)
+        if adapted:
+            finer = run(network, algorithm, result.step, stop, start=start, options=Options(points=points), progress=progress)
+        else:
+            finer = run(network, algorithm, result.step / 2**halving, stop, start=start, progress=progress)
         if finer.status != "done":  # a stop condition that the run in question just missed
-            reason = f"with a macro step of {finer.step:g} s the run ends before its time: {finer.ended_by}"
-            return Certificate(_errors(coarse, np.full_like(coarse.values, np.nan), size), float("nan"), stability, reason)
+            shorter = f"every macro step cut into {2**halving}" if adapted else f"a macro step of {finer.step:g} s"
+            reason = f"with {shorter} the run ends before its time: {finer.ended_by}"
+            return Certificate(output_errors(coarse, np.full_like(coarse.values, np.nan), size), float("nan"), stability, reason)
         trajectories.append(finer.trajectory)
     # A last step that is shorter need not be twice or four times a shorter one's: match rows by time.
-    values = [r.values[np.searchsorted(r.t, t - 1e-9 * step)] for r in trajectories]
+    early = 1e-9 * float(np.diff(t).min())
+    values = [r.values[np.searchsorted(r.t, t - early)] for r in trajectories]
     differences = [values[k] - values[k + 1] for k in range(HALVINGS)]
     shown = np.where(size > 0.0, size, 1.0)
     shares = [float((np.abs(d).max(axis=0) / shown).max()) for d in differences]
     order = _observed_order(shares)
     reason = _divergence(shares, order, algorithm.order)
     if reason:
-        return Certificate(_errors(coarse, np.full_like(coarse.values, np.nan), size), order, stability, reason)
+        return Certificate(output_errors(coarse, np.full_like(coarse.values, np.nan), size), order, stability, reason)
     p = order if abs(order - algorithm.order) > AGREES and LEAST_ORDER < order < 6.0 else float(algorithm.order)
-    return Certificate(_errors(coarse, differences[0] * 2**p / (2**p - 1), size), order, stability)
+    return Certificate(output_errors(coarse, differences[0] * 2**p / (2**p - 1), size), order, stability)
 
 
-def _errors(trajectory: Trajectory, error: np.ndarray, size: np.ndarray) -> tuple[OutputError, ...]:
+def halved(t: np.ndarray) -> np.ndarray:
+    """The points with one in the middle of every two, shape (2 n - 1,) of shape (n,)."""
+    points = np.empty(2 * t.size - 1)
+    points[::2], points[1::2] = t, (t[:-1] + t[1:]) / 2
+    return points
+
+
+def output_errors(trajectory: Trajectory, error: np.ndarray, size: np.ndarray) -> tuple[OutputError, ...]:
     """From the errors at every row, shape (n, n_y), and the outputs' sizes, shape (n_y,)."""
     return tuple(
         OutputError(name, unit, float(np.abs(error[:, k]).max()), float(error[-1, k]), float(size[k]))

@@ -199,7 +199,10 @@ def writable(file: Path | None, check: Callable[[Path], None]) -> None:
         raise ValueError(f"the folder of {str(file)!r} must exist")
     if file.is_dir():
         raise ValueError(f"{str(file)!r} must be a file, is a folder")
-    if not os.access(file if file.exists() else folder, os.W_OK):
+    plain = file.is_file() or not file.exists()
+    if not os.access(folder if plain else file, os.W_OK):  # a plain file is written beside and put in place
+        raise ValueError(f"{str(file)!r} must be writable{', and its folder' if plain else ''}")
+    if file.is_file() and not os.access(file, os.W_OK):
         raise ValueError(f"{str(file)!r} must be writable")
 
 

@@ -6,7 +6,9 @@ import typer
 from rich.table import Table
 
 from ..network import Network
+from ..network.redundancy import Redundant, redundant_states
 from ..slaves import SlaveDescription
+from ..slaves.base import Linearisable
 from ..slaves.described import described_slave
 from ..slaves.fmi.description import Description, Row, load
 from ..slaves.fmi.signals import described
@@ -177,7 +179,17 @@ def system_document(network: Network) -> dict[str, Any]:
         "initial_loops": list(network.initial_loops),
         "bonds": [bond.name for bond in network.bonds],
         "order": [network.slaves[i].name for i in network.order],
+        "redundant_states": [str(twice) for twice in _redundant(network)],
     }
+
+
+def _redundant(network: Network) -> tuple[Redundant, ...]:
+    """What is integrated twice among the components in this process, which are started for that by themselves."""
+    system = network.system
+    for slave, values in zip(network.slaves, network.values, strict=True):
+        if isinstance(slave, Linearisable):
+            slave.initialize(values, system.start, system.stop)
+    return redundant_states(network)
 
 
 def _system_words(found: dict[str, Any]) -> list[str | Table]:
@@ -203,4 +215,5 @@ def _system_words(found: dict[str, Any]) -> list[str | Table]:
     lines += [f"algebraic loop: {loop}" for loop in found["loops"]] or ["algebraic loops: none"]
     lines += [f"algebraic loop in initialization mode: {loop}" for loop in found["initial_loops"]]
     lines += [f"power bond: {bond}" for bond in found["bonds"]] or ["power bonds: none"]
+    lines += [f"WARNING: {text}" for text in found["redundant_states"]]
     return lines

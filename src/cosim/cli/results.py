@@ -49,6 +49,11 @@ class Files:
         for file in (*self.outputs, *filter(None, [self.plot, self.report])):
             self._places[file] = file.absolute()  # an FMU may change the current folder
 
+    @property
+    def all(self) -> tuple[Path, ...]:
+        """Every file that is written."""
+        return self.outputs + (() if self.plot is None else (self.plot,))
+
     def check(self) -> None:
         """Refuse, before any work, what cannot be written afterwards."""
         for k, file in enumerate(self.outputs):

@@ -42,7 +42,8 @@ from .rescue import Rescue
 from .results import Files
 from .robust import STARTS, Conditions, prepared
 from .settings import assignment, words
-from .summary import certificate_document, certificate_words, document, summary_lines
+from .summary import document, summary_lines
+from .trust import certainty, certainty_document, certainty_words
 
 ISOLATE = (
     "run every FMU in a process of its own, which cannot take this one down: whatever it does, the results are kept; on Linux it "
@@ -72,7 +73,7 @@ def command(
         list[str] | None, typer.Option(metavar="COMPONENT=N", help="a component that does each macro step in N smaller ones")
     ] = None,
     loops: Annotated[str, typer.Option(metavar="solve|refuse", help="what to do with algebraic loops")] = "solve",
-    adaptive: Annotated[float | None, typer.Option(metavar="TOL", help="adapt the macro step to this relative tolerance")] = None,
+    adaptive: Annotated[float | None, typer.Option(metavar="TOL", help="adapt the macro step: error of each step")] = None,
     estimate: Annotated[
         str | None, typer.Option(metavar="HOW", help="error estimate of --adaptive: doubling (the default) or energy")
     ] = None,
@@ -144,6 +145,7 @@ def command(
     """
     from ..master.adaptive import Adaptive
     from ..master.checkpoint import Checkpoint, Resume
+    from ..master.locking import in_use
 
     plan = chosen_system(
         system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance
@@ -167,8 +169,8 @@ def command(
     needs("--priority", priority, "--realtime", realtime)
     needs("--report-variants", offered, "--report", report is not None)
     needs("--every", every, "--checkpoint", checkpoint is not None)
-    if certify and (adaptive is not None or select or record_every != 1 or resume is not None):
-        raise ValueError("--certify needs an even macro step and all results of the whole run")
+    if certify and (select or record_every != 1 or resume is not None):
+        raise ValueError("--certify needs all results of the whole run")
     for option, value in (("--starts", starts), ("--within", within), ("--seed", seed)):
         needs(option, value, "--robust", robust)
     if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
@@ -180,9 +182,9 @@ def command(
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
     pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
     failure: RunError | None = None
-    certificate, uncertified = None, ""
     rescue = Rescue(files)
     with (
+        in_use(files.all + (() if checkpoint is None else (checkpoint,))),
         LastWord(rescue.word),
         open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network,
         closing(),
@@ -225,23 +227,13 @@ def command(
             if pacer is not None:
                 console().print(pacer.report().words())
             return complain(str(failure), 1)
-        if certify and run.status == "done":
-            from ..accuracy.certificate import certify as certify_run
-
-            with progress("certifying") as show:
-                try:
-                    certificate = certify_run(network, run, end, progress=show)
-                except RunError as error:  # the run itself stands
-                    uncertified = f"no certificate: over shorter steps {error}"
-        certified = [] if certificate is None else certificate_words(certificate)
-        written += files.page(run, found, certified, record_every)
-        told = document(run, found) | ({} if certificate is None else {"certificate": certificate_document(certificate)})
+        known = certainty(network, run, end, certify=certify)
+        sure = certainty_words(run, known)
+        written += files.page(run, found, sure, record_every)
+        told = document(run, found) | certainty_document(run, known)
         if where_from is not None:
             told["origin"] = where_from.document()
-        lines = summary_lines(run, in_process, found) + certified
-        if how is not None:
-            told["adaptive"] = {"tolerance": how.tolerance, "estimate": how.estimate, "meaning": how.meaning}
-            lines.insert(2, how.meaning)
+        lines = summary_lines(run, in_process, found) + sure
         if again is not None:
             how_ran = Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
             asked = again.ask(run, found, how_ran)
@@ -257,11 +249,11 @@ def command(
         say(as_json, lambda: told, *lines, *(f"wrote {file}" for file in written))
         if certify and run.status == "ended":
             console().print("cosim: no certificate: the run has ended before its time", soft_wrap=True)
-        if uncertified:
-            console().print(f"cosim: {uncertified}", soft_wrap=True)
+        if known.failure:
+            console().print(f"cosim: {known.failure}", soft_wrap=True)
         turned = again is not None and not asked.decidable
         turned = turned or (against is not None and not judgement.verdict)
-        return 0 if run.status in ("done", "ended") and not uncertified and not turned else 1
+        return 0 if run.status in ("done", "ended") and not known.failure and not turned else 1
 
 
 def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
 from ..accuracy.certificate import Certificate
@@ -81,7 +82,7 @@ def summary_lines(run: Run, in_process: bool, found: Sequence[Assessed] = ()) ->
     head = f"{run.ended_by}\n" if run.status == "ended" else head
     slowest = sorted(timing.do_step_s.items(), key=lambda item: -item[1])[:8]
     spent = ", ".join(f"{name} {s:.2f} s" for name, s in slowest)
-    even = f"macro steps of {run.step * 1e3:g} ms" if run.rejections == 0 else f"macro steps, {run.rejections} rejected,"
+    even = f"macro steps of {run.step * 1e3:g} ms" if run.adaptive is None else _adapted(run)
     iterated = f", {run.iterations / run.steps:.1f} iterations a step" if run.iterations and run.steps else ""
     span = (f"from t = {run.start:.9g} s " if run.start else "") + f"to t = {trajectory.t[-1]:.9g} s"
     lines = [
@@ -129,6 +130,13 @@ def happened_lines(run: Run) -> list[str]:
         lines.append(f"t = {one.at:.9g} s: {one.words}{late}")
     more = len(run.happened) - SHOWN
     return [*lines, *([f"and {more} events more of the scenario"] if more > 0 else [])]
+
+
+def _adapted(run: Run) -> str:
+    """Macro steps that have adapted, in words."""
+    h = np.diff(run.trajectory.t) * 1e3
+    lengths = f" of {h.min():.3g} to {h.max():.3g} ms" if h.size == run.steps and h.size else ""
+    return f"macro steps{lengths}, {run.rejections} rejected,"
 
 
 def certificate_document(certificate: Certificate) -> dict[str, Any]:

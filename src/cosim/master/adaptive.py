@@ -5,7 +5,13 @@
 - "energy": the residual power of the power bonds at the end of the step against the largest power seen (ECCO). Costs nothing
   but sees only what crosses a bond.
 
-The next step is h min(3, max(1/5, 0.9 err^(-1/(order + 1)))), err relative to the tolerance.
+How the next step follows from the estimate stands in step_control.py.
+
+The tolerance is one of each step by itself. What the errors of all steps come to at the end of the run is another number, larger
+or smaller as the system keeps or forgets them: gyro_cosim.accuracy.global_error estimates it.
+
+An FMU's own limits are kept: one that takes steps of one length only is refused, and one with steps of a fixed length inside gets
+whole numbers of them.
 Source: Sadjina et al., Energy conservation and power bonds in co-simulations (2016).
 """
 
@@ -20,6 +26,7 @@ from ..coupling.iterated import Repeated
 from ..errors import ConvergenceError
 from ..network import Network
 from .energy import residual_power
+from .step_control import MOST_REJECTIONS, StepControl
 
 Taken = tuple[float, float, Step]  # h (s), the time (s) after it, and what the step came to
 
@@ -36,6 +43,8 @@ class Adaptive:
         See the module's docstring.
     smallest, largest : float
         Bounds of the macro step, s; ConvergenceError where even the smallest is not good enough.
+    integral, proportional : float
+        Exponents of the controller, see StepControl.
 
     Raises
     ------
@@ -47,6 +56,8 @@ class Adaptive:
     estimate: Literal["doubling", "energy"] = "doubling"
     smallest: float = 1e-9
     largest: float = float("inf")
+    integral: float = 0.7
+    proportional: float = 0.4
 
     def __post_init__(self) -> None:
         if not self.tolerance > 0.0:
@@ -55,6 +66,10 @@ class Adaptive:
             raise ValueError(f"estimate must be doubling or energy, got {self.estimate!r}")
         if not 0.0 < self.smallest <= self.largest:
             raise ValueError(f"macro steps must have 0 < smallest <= largest, got {self.smallest!r} and {self.largest!r}")
+        if not (0.0 < self.integral <= 1.0 and 0.0 <= self.proportional < self.integral):
+            raise ValueError(
+                f"exponents must have 0 <= proportional < integral <= 1, got {self.proportional!r} and {self.integral!r}"
+            )
 
     @property
     def meaning(self) -> str:
@@ -84,7 +99,9 @@ class Controller:
                 f"the energy estimate sees no error of {algorithm.name!r}, whose inputs agree with the outputs at the end"
             )
         self._how, self._network, self._algorithm, self._stop = how, network, algorithm, stop
-        self._order = min(algorithm.order, best_order(network))
+        self._inside, self._whose = fixed_step(network)
+        self._parts = 2 if how.estimate == "doubling" else 1
+        self._control = StepControl(min(algorithm.order, best_order(network)), how.integral, how.proportional)
         self._next = min(step, how.largest)
         self._size = np.zeros(len(network.coupled))
         self._power = 0.0
@@ -94,28 +111,54 @@ class Controller:
 
         until : where it ends at the latest, s.
         """
-        t, rejections, wasted = history.t[0], 0, 0
+        t, wasted = history.t[0], 0
         estimate = self._doubled if self._how.estimate == "doubling" else self._weighed
         with save_all(self._network, "an adaptive macro step") as before:
             while True:
                 stop = min(self._stop, until)
                 left = stop - t
-                h = left if self._next > left * (1 - 1e-9) else min(self._next, left / 2 if self._next > left / 2 else self._next)
+                h = self._length(left)
                 end = stop if h == left else t + h
                 steps, error = estimate(history, h, end, before, memory)
-                factor = min(3.0, max(0.2, 0.9 * max(error, 1e-12) ** (-1 / (self._order + 1))))
-                self._next = min(h * factor, self._how.largest)
                 if error <= 1.0:
+                    rejections = self._control.rejections
+                    factor, self._control = self._control.accepted(error)
+                    self._next = min(h * factor, self._how.largest)
                     length, after, step = steps[0]
                     return [(length, after, replace(step, passes=step.passes + wasted)), *steps[1:]], rejections
-                rejections, wasted = rejections + 1, wasted + sum(step.passes for _, _, step in steps)
+                factor, self._control = self._control.rejected(error)
+                wasted += sum(step.passes for _, _, step in steps)
                 memory = steps[-1][2].memory
-                if self._next < self._how.smallest:
-                    raise ConvergenceError(
-                        f"the macro step at t = {t:.9g} s must reach the tolerance {self._how.tolerance:g} before its "
-                        f"smallest size of {self._how.smallest:g} s, estimate {error * self._how.tolerance:.3g} over {h:g} s"
-                    )
+                self._refuse_to_shrink(t, h, error, h * factor)
+                self._next = h * factor
                 before.go_back()
+
+    def _length(self, left: float) -> float:
+        """The next step, s: as the controller says, in whole numbers of a fixed step inside, with no tiny rest before the end."""
+        h, whole = self._next, self._inside * self._parts
+        if whole:
+            h = max(1, int(h / whole * (1 + 1e-9))) * whole
+        if h > left * (1 - 1e-9):
+            return left
+        if h <= left / 2:
+            return h
+        half = left / 2
+        return max(1, int(half / whole * (1 + 1e-9))) * whole if whole else half
+
+    def _refuse_to_shrink(self, t: float, h: float, error: float, wanted: float) -> None:
+        """ConvergenceError where the step cannot become any shorter."""
+        reached = f"estimate {error * self._how.tolerance:.3g} over {h:g} s"
+        must = f"the macro step at t = {t:.9g} s must reach the tolerance {self._how.tolerance:g} before"
+        whole = self._inside * self._parts
+        if whole and h <= whole * (1 + 1e-9):
+            raise ConvergenceError(
+                f"{must} the fixed internal step of {self._whose!r}, {self._inside:g} s, forbids it, {reached}"
+            )
+        smallest = max(self._how.smallest, 64 * np.finfo(float).eps * abs(t))  # times are rounded, too
+        if wanted < smallest:
+            raise ConvergenceError(f"{must} its smallest size of {smallest:g} s, {reached}")
+        if self._control.rejections >= MOST_REJECTIONS:
+            raise ConvergenceError(f"{must} it has been shortened {MOST_REJECTIONS} times, {reached}")
 
     def _doubled(self, history: History, h: float, end: float, before: Saved, memory: Memory) -> tuple[list[Taken], float]:
         """Two half steps, and the estimate from the whole one."""
@@ -128,7 +171,7 @@ class Controller:
         first = replace(first, passes=whole.passes + first.passes)
         self._size = np.maximum(self._size, np.maximum(np.abs(second.Y[coupled]), np.abs(history.Y[0][coupled])))
         difference = np.abs(second.Y - whole.Y)[coupled] / np.where(self._size > 0.0, self._size, 1.0)
-        error = float(np.max(difference, initial=0.0)) / (2**self._order - 1) / self._how.tolerance
+        error = float(np.max(difference, initial=0.0)) / (2**self._control.order - 1) / self._how.tolerance
         return [(h / 2, middle, first), (h / 2, end, second)], error
 
     def _weighed(self, history: History, h: float, end: float, before: Saved, memory: Memory) -> tuple[list[Taken], float]:
@@ -138,3 +181,28 @@ class Controller:
         self._power = max(self._power, float(np.max(power)))
         error = float(np.max(residual)) / (self._power or 1.0) / self._how.tolerance
         return [(h, end, step)], error
+
+
+def fixed_step(network: Network) -> tuple[float, str]:
+    """The longest fixed internal step (s) of a slave, which macro steps must be whole numbers of, and whose; 0 if none has one.
+
+    ValueError where a slave takes macro steps of one length only, or two fixed steps do not fit into one another.
+    """
+    found: list[tuple[float, str]] = []
+    for slave in network.slaves:
+        d = slave.description
+        if not d.variable_steps:
+            raise ValueError(
+                f"an adaptive macro step needs components that take steps of any length, {slave.name!r} says "
+                "canHandleVariableCommunicationStepSize = false"
+            )
+        if d.fixed_step > 0.0:
+            found.append((d.fixed_step, slave.name))
+    longest, whose = max(found, default=(0.0, ""))
+    for step, name in found:
+        if abs(longest / step - round(longest / step)) > 1e-6:
+            raise ValueError(
+                f"an adaptive macro step needs fixed internal steps that divide one another: {name!r} has {step:g} s, "
+                f"{whose!r} {longest:g} s"
+            )
+    return longest, whose

@@ -1,8 +1,9 @@
 """Checkpoints: a run that is killed and resumed gives the same bytes as one that was not."""
 
 import hashlib
+import io
 import json
-import os
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,13 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from gyro_cosim.component.whole_files import whole_file
+
 from ..coupling import Algorithm
 from ..network import Network
 from ..slaves import Serializable, serializable
+from ..systems import archive
 from .recording import Recorder
 from .state import RunState
+from .time_grid import TimeGrid
 
 FORMAT = 4
+MARK = b"\ncosim checkpoint, sha256 of what is before:"
 
 
 def fingerprint(network: Network, algorithm: Algorithm, step: float, recorder_names: tuple[str, ...]) -> str:
@@ -69,12 +75,11 @@ class Checkpoint:
         arrays |= {f"recorder_{name}": value for name, value in recorder.state().items()}
         for i, slave in enumerate(self.check(network)):
             arrays[f"slave_{i}"] = np.frombuffer(slave.serialize(), dtype=np.uint8)
-        scratch = self.file.with_name(self.file.name + ".new")
-        with scratch.open("wb") as stream:
-            np.savez(stream, **arrays)
-            stream.flush()
-            os.fsync(stream.fileno())
-        scratch.replace(self.file)
+        content = io.BytesIO()
+        np.savez(content, **arrays)
+        data = content.getvalue()
+        with whole_file(self.file) as beside:
+            beside.write_bytes(data + MARK + hashlib.sha256(data).digest())
 
 
 @dataclass(frozen=True)
@@ -90,23 +95,35 @@ class Resume:
     file: Path
 
     def _load(self) -> dict[str, np.ndarray]:
+        """What the file holds. Nothing in it is looked at before its checksum is right."""
+        where = f"checkpoint {str(self.file)!r}"
+        if not self.file.is_file():
+            raise ValueError(f"{where} must exist")
+        data = archive.read(str(self.file))
+        content, mark, digest = data[: -len(MARK) - 32], data[-len(MARK) - 32 : -32], data[-32:]
+        if mark != MARK or hashlib.sha256(content).digest() != digest:
+            raise ValueError(f"{where} must agree with its checksum: it is damaged, cut off, or of another version")
         try:
-            with np.load(self.file, allow_pickle=False) as data:
-                return {name: data[name] for name in data.files}
-        except FileNotFoundError:
-            raise ValueError(f"checkpoint {str(self.file)!r} must exist") from None
-        except (OSError, ValueError, EOFError) as error:
-            raise ValueError(f"checkpoint {str(self.file)!r} cannot be read: {error}") from None
+            with archive.opened(str(self.file)), np.load(io.BytesIO(content), allow_pickle=False) as held:
+                return {name: held[name] for name in held.files}
+        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
+            raise ValueError(f"{where} cannot be read: {error}") from None
 
-    def restore(self, fingerprint: str, network: Network, begun: RunState, recorder: Recorder) -> RunState:
+    def restore(self, fingerprint: str, network: Network, begun: RunState, recorder: Recorder, grid: TimeGrid) -> RunState:
         """Put everything back; returns the state of the run. ValueError if the checkpoint is of another run.
 
-        begun : the state at the start of the run that goes on.
+        begun : the state at the start of the run that goes on. grid : its communication points.
         """
         data = self._load()
         if str(data["fingerprint"]) != fingerprint:
             raise ValueError(
                 f"checkpoint {str(self.file)!r} must be of this run: same system, values, algorithm, start, step and signals"
+            )
+        done, t = int(data["run_done"]), float(data["run_history_t"][0])
+        if t > grid.stop or done > grid.n or abs(t - grid.time(done)) > 1e-6 * grid.step:
+            raise ValueError(
+                f"checkpoint {str(self.file)!r}, of t = {t:.9g} s, must be of a communication point of this run, which ends at "
+                f"{grid.stop:.9g} s in steps of {grid.step:g} s"
             )
         for i, slave in enumerate(network.slaves):
             able = serializable(slave)

@@ -1,11 +1,15 @@
 """What a run keeps: which signals, every how many steps, in memory or streamed to a file."""
 
+import os
+import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
 import numpy as np
+
+from gyro_cosim.component.whole_files import moved_in
 
 from ..errors import unknown
 from ..network import Network
@@ -27,7 +31,8 @@ class Recording:
         Keep every so many macro steps, and the last; where a component fails or ends the run, the last of these. The inner
         loop asks for outputs that are neither coupled nor in a stop condition at these steps only.
     stream : Path, optional
-        A .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory.
+        A .csv file that rows are written to as they come, so that memory stays bounded; None keeps them in memory. Until the run
+        is over they are in a file beside it, with `.part` added to the name.
 
     Raises
     ------
@@ -75,7 +80,7 @@ class Recorder:
     def begin(self) -> None:
         """Open the file that the rows go to, where they go to one, and write its first line."""
         if self._what.stream is not None:
-            self._file = self._what.stream.open("wb")
+            self._file = growing(self._what.stream).open("wb")
             self._file.write(csv_header(self.names))
 
     def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
@@ -99,7 +104,10 @@ class Recorder:
 
     def _write(self, t: np.ndarray, rows: np.ndarray) -> None:
         if self._file is not None:
-            self._file.write(csv_rows(t, rows))
+            try:
+                self._file.write(csv_rows(t, rows))
+            except OSError as error:  # a full disk: what is there is whole up to here
+                raise OSError(error.errno, error.strerror, self._file.name) from error
 
     def _store(self, t: np.ndarray, rows: np.ndarray) -> None:
         """Append rows to what is in memory, which doubles where it is full."""
@@ -116,8 +124,9 @@ class Recorder:
         if self._last is not None:
             self._keep(np.array([self._last[0]]), self._last[1][None, :])
             self._last = None
-        if self._file is not None:
+        if self._file is not None and self._what.stream is not None:
             self._file.close()
+            moved_in(growing(self._what.stream), self._what.stream)
         memory = self._memory()
         t, values = memory["t"], memory["values"]
         if self._newest is not None and (not t.size or t[-1] != self._newest[0][0]):  # an overview ends where the run does
@@ -128,6 +137,7 @@ class Recorder:
         """What a checkpoint keeps: rows in memory, or how long the file is."""
         if self._file is not None:
             self._file.flush()
+            os.fsync(self._file.fileno())  # the checkpoint relies on these rows
             return {"position": np.array(self._file.tell()), "kept": np.array(self._kept), **self._memory()}
         return {"kept": np.array(self._kept), **self._memory()}
 
@@ -143,13 +153,29 @@ class Recorder:
             self.begin()
             self._write(state["t"], state["values"])
         else:
-            if not file.exists() or file.stat().st_size < position:
-                raise ValueError(f"results file {str(file)!r} must hold what was streamed before, it has been lost or cut off")
-            self._file = file.open("r+b")
-            self._file.truncate(position)
-            self._file.seek(position)
+            self._file = _continued(file, position)
         self._filled, self._kept = 0, int(state["kept"])
         self._store(state["t"], state["values"])
+
+
+def growing(file: Path) -> Path:
+    """Where the rows of a run that streams to `file` are, until the run is over."""
+    return file.with_name(f"{file.name}.part")
+
+
+def _continued(file: Path, position: int) -> IO[bytes]:
+    """What was streamed before, cut off after `position` bytes, open for more; `file` itself stays until the run is over."""
+    part = growing(file)
+    held = next((f for f in (part, file) if f.is_file() and f.stat().st_size >= position), None)
+    if held is None:
+        raise ValueError(f"results file {str(file)!r} must hold what was streamed before, it has been lost or cut off")
+    if held is file:  # the run was over, and goes on further than it was to go
+        with file.open("rb") as source, part.open("wb") as target:
+            shutil.copyfileobj(source, target)
+    stream = part.open("r+b")
+    stream.truncate(position)
+    stream.seek(position)
+    return stream
 
 
 def _selected(patterns: Sequence[str], names: Sequence[str]) -> np.ndarray:

@@ -11,6 +11,7 @@ from .. import figures
 from ..coupling import Algorithm
 from ..systems import System
 from ..trajectory import Trajectory
+from .adaptive import Adaptive
 from .energy import BondEnergy, untrustworthy
 from .script import Happened
 
@@ -72,6 +73,8 @@ class Run:
         What a scenario has done.
     without_kernel : str
         Why the inner loop ran as Python runs it although it was worth compiling; empty where it did not.
+    adaptive : Adaptive, optional
+        How the macro steps adapted, where they did; its `meaning` says what its tolerance holds.
     notes : tuple of str
         What a reader should be told: what a file says and was not followed, what was given and not used, what a component
         cannot do and how the run did without.
@@ -92,6 +95,7 @@ class Run:
     events: Mapping[str, int] = field(default_factory=dict)
     warnings: Mapping[str, tuple[int, str]] = field(default_factory=dict)
     without_kernel: str = ""
+    adaptive: Adaptive | None = None
     notes: tuple[str, ...] = ()
     happened: tuple[Happened, ...] = ()
 

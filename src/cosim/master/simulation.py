@@ -207,7 +207,7 @@ class Running:
             options.checkpoint.check(network)
             if options.adaptive is not None:
                 raise ValueError("a checkpoint needs an even macro step, it cannot be combined with an adaptive one")
-        self._network, self._algorithm, self._step = network, algorithm, step
+        self._network, self._algorithm, self._step, self._adaptive = network, algorithm, step, options.adaptive
         self.stepper = Stepper(network, algorithm, grid, options)
         self._set_up = time.perf_counter()
 
@@ -246,6 +246,7 @@ class Running:
             events={name: c.events for name, c in counts.items() if c.events is not None},
             without_kernel=self.stepper.without_kernel,
             notes=(*network.notes, *self.stepper.notes),
+            adaptive=self._adaptive,
             happened=self.stepper.happened,
             warnings={name: (c.warnings, c.first_warning) for name, c in counts.items() if c.warnings},
         )

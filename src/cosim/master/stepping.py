@@ -25,7 +25,7 @@ from .script import Happened, Script
 from .state import RunState
 from .time_grid import TimeGrid
 from .usage import told
-from .ways import MOST_POINTS, Adapting, Inner, Plain, Rows, Way
+from .ways import MOST_POINTS, Adapting, Along, Inner, Plain, Rows, Way
 
 _log = logging.getLogger(__name__)
 
@@ -47,6 +47,8 @@ class Options:
     compiled : bool, optional
         Whether the inner loop runs compiled, with the same results to the last bit; None: where it has been compiled on this
         machine already, or the run is long enough to pay for that.
+    points : ndarray, shape (n + 1,), optional
+        Communication points, s, from the start to the stop time, in the place of even ones: to do a run again in other steps.
     """
 
     record: Recording = field(default_factory=Recording)
@@ -54,6 +56,11 @@ class Options:
     checkpoint: Checkpoint | None = None
     resume: Resume | None = None
     compiled: bool | None = None
+    points: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.points is not None and self.adaptive is not None:
+            raise ValueError("`points` are given communication points, they cannot be combined with `adaptive`")
 
 
 class Stepper:
@@ -66,7 +73,11 @@ class Stepper:
     def __init__(self, network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> None:
         self._network, self._algorithm, self._grid, self._options = network, algorithm, grid, options
         self._stops = [(network.place(stop.signal), stop.above, stop.says) for stop in network.system.stop_when]
-        self._script = Script(network, grid, adaptive=options.adaptive is not None) if network.driving else None
+        self._script = (
+            Script(network, grid, adaptive=options.adaptive is not None or options.points is not None)
+            if network.driving
+            else None
+        )
         self.notes = told(network, algorithm, grid, options)
         Y = network.initialize(grid.start, grid.stop)
         self._recorder = Recorder(options.record, network, grid.n)
@@ -83,10 +94,10 @@ class Stepper:
             self._recorder.begin()
             self._recorder.add(0, np.array([grid.start]), Y[None, :])
         else:
-            self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder)
+            self.state = options.resume.restore(self._fingerprint, network, self.state, self._recorder, grid)
             if self._script is not None:
                 self._script.adopt(self.state)
-        self._fits = options.adaptive is None and driver.fits(network, algorithm)
+        self._fits = options.adaptive is None and options.points is None and driver.fits(network, algorithm)
         self._kernel: native.Kernel | None = None
         self.without_kernel = "strings or binaries are passed on in it" if network.texts else ""
         self.without_kernel = "clocks tick one another in it" if network.clocks else self.without_kernel
@@ -99,6 +110,8 @@ class Stepper:
         self._rows = Rows(network)
         self._rows.begin(self.state.history)
         self._plain: Way = Plain(network, algorithm, grid, self._rows)
+        if options.points is not None:
+            self._plain = Along(network, algorithm, _checked(options.points, grid), self._rows)
         if options.adaptive is not None:
             until = None if self._script is None else self._script.next_jump
             self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows, until)
@@ -233,6 +246,19 @@ class Stepper:
         if cut_off:
             self._recorder.forget_last()
         return self.state, self._meter, self._recorder
+
+
+def _checked(points: np.ndarray, grid: TimeGrid) -> np.ndarray:
+    """The communication points, which must lead from start to stop."""
+    if (
+        points.ndim != 1
+        or points.size < 2
+        or points[0] != grid.start
+        or points[-1] != grid.stop
+        or not (np.diff(points) > 0.0).all()
+    ):
+        raise ValueError(f"`points` must rise from the start {grid.start:g} s to the stop time {grid.stop:g} s")
+    return points
 
 
 def _pays(compiled: bool | None, slave_steps: int) -> bool:

@@ -1,5 +1,5 @@
-"""Three ways of stepping, each an object with step(): one macro step by the algorithm itself (Plain), many by the inner loop
-(Inner), one that adapts (Adapting). All of them write the points they reach into the same Rows.
+"""Ways of stepping, each an object with step(): one macro step by the algorithm itself (Plain), to points that are given (Along),
+many by the inner loop (Inner), one that adapts (Adapting). All of them write the points they reach into the same Rows.
 """
 
 import time
@@ -93,6 +93,21 @@ class Plain:
     def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
         """See Way."""
         h, t = self._grid.length(state.done + 1), self._grid.time(state.done + 1)
+        step = self._algorithm.advance(self._network, state.history, h, state.memory)
+        self._rows.add(h, t, step.Y, step.used)
+        return state.after(step, t), None
+
+
+class Along:
+    """One macro step by the algorithm, to the next of given communication points, shape (n + 1,), s."""
+
+    def __init__(self, network: Network, algorithm: Algorithm, points: np.ndarray, rows: Rows) -> None:
+        self._network, self._algorithm, self._points, self._rows = network, algorithm, points, rows
+
+    def step(self, state: RunState) -> tuple[RunState, BaseException | None]:
+        """See Way."""
+        t = float(self._points[state.done + 1])
+        h = t - float(self._points[state.done])
         step = self._algorithm.advance(self._network, state.history, h, state.memory)
         self._rows.add(h, t, step.Y, step.used)
         return state.after(step, t), None

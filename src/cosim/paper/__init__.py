@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from gyro_cosim.component.whole_files import write_whole
+
 from ..master import Progress, stage
 from . import ledger, robust, vehicle, wheel_pair
 from .cases import Extent
@@ -72,7 +74,7 @@ def reproduce(
         claims, files = claims + more, files + others
     claims = [replace(claim, sensitivity=(sensitivity or {}).get(claim.id, NOT_STUDIED)) for claim in claims]
     page = folder / "ledger.md"
-    page.write_text(ledger.markdown(claims, "Claims of the paper, recomputed"), encoding="utf-8")
+    write_whole(page, ledger.markdown(claims, "Claims of the paper, recomputed"))
     data = folder / "ledger.json"
-    data.write_text(json.dumps({"claims": ledger.document(claims)}, indent=1) + "\n", encoding="utf-8")
+    write_whole(data, json.dumps({"claims": ledger.document(claims)}, indent=1) + "\n")
     return claims, [*files, page, data]

@@ -40,6 +40,10 @@ class SlaveDescription:
         The clocks of each clocked input, by name: it is set where one of them ticks, and only there.
     tunable : frozenset of str
         Parameters that may be given a value between two steps, see base.Tunable.
+    variable_steps : bool
+        Whether macro steps may differ in length.
+    fixed_step : float
+        The length of its own steps, of which macro steps must be whole numbers, s; 0 where it has none or does not say.
     """
 
     inputs: tuple[Signal, ...]
@@ -58,6 +62,8 @@ class SlaveDescription:
     clocked: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     text_inputs: tuple[Signal, ...] = ()
     text_outputs: tuple[Signal, ...] = ()
+    variable_steps: bool = True
+    fixed_step: float = 0.0
 
     def __post_init__(self) -> None:
         if self.initial_feedthrough is None:

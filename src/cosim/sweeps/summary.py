@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gyro_cosim.component.whole_files import write_whole
+
 
 def write_summary(file: str | Path, summary: Mapping[str, Any]) -> Path:
     """Write a study's results as JSON.
@@ -23,7 +25,7 @@ def write_summary(file: str | Path, summary: Mapping[str, Any]) -> Path:
         Of the file.
     """
     file = Path(file)
-    file.write_text(json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(file, json.dumps(_finite(summary), indent=1, allow_nan=False) + "\n")
     return file
 
 

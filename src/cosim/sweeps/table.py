@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from ..systems import archive
+
 MARK = "cosim sweep"
 VERSION = 2  # 1, of gyro-cosim 0.1, drew other samples and called the degree `order`
 FORMATS = (".npz", ".csv", ".parquet")
@@ -126,9 +128,9 @@ def _write_npz(table: Table, file: Path) -> None:
 
 
 def _read_npz(file: Path) -> Table:
-    with np.load(file, allow_pickle=False) as archive:
-        head = json.loads(str(archive["head"]))
-        return Table(head, {name: archive[name] for name in head["columns"]})
+    with archive.opened(str(file)), np.load(file, allow_pickle=False) as stored:  # the door of all archives looks at it first
+        head = json.loads(str(stored["head"]))
+        return Table(head, {name: stored[name] for name in head["columns"]})
 
 
 def _write_csv(table: Table, file: Path) -> None:

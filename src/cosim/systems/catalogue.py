@@ -5,11 +5,16 @@ defines `component` ("my_gyro.py", "my_gyro.py:other_name"): a Component or a fu
 a TOML file that describes a variant of a package ("my_vehicle.toml"): its table of the package's name says whose.
 """
 
+import contextlib
 import hashlib
 import os
 import platform
+import shutil
 import tempfile
+import time
 import tomllib
+import zipfile
+import zlib
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -23,6 +28,8 @@ import platformdirs
 from ..errors import unknown
 
 GROUP = "gyro_cosim"
+SCRATCH = "building-"  # how the folders begin that FMUs are built in
+STALE = 24 * 3600.0  # s
 
 
 @cache
@@ -184,17 +191,45 @@ def fmu(spec: str) -> Path:
     made = None if _is_ours(spec) else component(spec)
     folder = cache_folder() / fingerprint(spec, made)
     built = list(folder.glob("*.fmu"))
+    if built and not _is_whole(built[0]):
+        shutil.rmtree(folder, ignore_errors=True)
+        built = []
     if not built:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent) as scratch:
+        _clean(folder.parent)
+        with tempfile.TemporaryDirectory(dir=folder.parent, prefix=SCRATCH) as scratch:
             built = _exported(component(spec) if made is None else made, Path(scratch) / "fmu")
+            for file in built:
+                _to_disk(file)
             try:
                 (Path(scratch) / "fmu").rename(folder)
-            except OSError:  # another process built the same in the meantime
-                if not folder.is_dir():
+            except OSError:  # another process built the same in the meantime, or an empty folder stands there that is not ours
+                if not list(folder.glob("*.fmu")):
                     raise
         built = list(folder.glob("*.fmu"))
     return built[0]
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether a built FMU is what was written: a disk that was full or a loss of power can have cut it off."""
+    try:
+        with zipfile.ZipFile(file) as archive:
+            return archive.testzip() is None
+    except (zipfile.BadZipFile, OSError, EOFError, zlib.error):
+        return False
+
+
+def _to_disk(file: Path) -> None:
+    with file.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+def _clean(folder: Path) -> None:
+    """Remove what builders that were killed have left more than a day ago; nobody builds so long."""
+    for left in folder.glob(f"{SCRATCH}*"):
+        with contextlib.suppress(OSError):
+            if time.time() - left.stat().st_mtime > STALE:
+                shutil.rmtree(left, ignore_errors=True)
 
 
 def cache_folder() -> Path:

@@ -1,10 +1,11 @@
 """The files of results: one writer and one reader a format, chosen by the ending; a file is whole, or not there."""
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+
+from gyro_cosim.component.whole_files import whole_file
 
 from .csv_files import read_csv, write_csv
 from .mat_files import read_mat, write_mat
@@ -29,7 +30,6 @@ def check_format(file: Path) -> None:
 def save(trajectory: Trajectory, file: Path, origin: Origin | None = None) -> None:
     """See Trajectory.save."""
     check_format(file)
-    file = file.resolve()
     if file.suffix == ".csv":
         _whole(file, lambda place: write_csv(trajectory, place))
     elif file.suffix == ".mat":
@@ -54,19 +54,8 @@ def tell_origin(file: Path, trajectory: Trajectory, origin: Origin | None) -> No
 
 def _whole(file: Path, write: Callable[[Path], object]) -> None:
     """Write a file under another name, and give it its own once it is on the disk."""
-    if file.exists() and not file.is_file():
-        write(file)  # a pipe or a device
-        return
-    scratch = file.with_name(f".{os.getpid()}.{file.name}")
-    try:
-        write(scratch)
-        with scratch.open("rb") as stream:
-            os.fsync(stream.fileno())
-        scratch.replace(file)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(file)) from None
-    finally:
-        scratch.unlink(missing_ok=True)
+    with whole_file(file) as place:
+        write(place)
 
 
 def read_results(file: str | Path) -> Trajectory:

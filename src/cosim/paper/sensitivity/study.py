@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from gyro_cosim.component.whole_files import write_whole
+
 from ... import figures
 from ...master import Progress, stage
 from ...sweeps import write_summary
@@ -63,7 +65,7 @@ def studied(
         documents.append(document(study, table))
         everything += here
     words, data = folder / "sensitivity.md", folder / "sensitivity.json"
-    words.write_text("# How far does each claim hold?\n\n" + "\n".join(pages), encoding="utf-8")
+    write_whole(words, "# How far does each claim hold?\n\n" + "\n".join(pages))
     write_summary(data, {"studies": documents})
     files += [words, data, figures.save(sensitivity_figures.shares(everything), folder / "claims_shares.png")]
     if any(finding.influences for finding in here):  # of what was studied last: the vehicle, whose parameters are many

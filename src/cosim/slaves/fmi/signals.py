@@ -64,6 +64,8 @@ def described(description: Description) -> SlaveDescription:
         tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
         text_inputs=tuple(s for row in texts(description, "input") for s in _elements(row, "input")),
         text_outputs=tuple(s for row in texts(description, "output") for s in _elements(row, "output")),
+        variable_steps="CoSimulation" not in description.interfaces or description.can("canHandleVariableCommunicationStepSize"),
+        fixed_step=float(description.interfaces.get("CoSimulation", {}).get("fixedInternalStepSize", 0.0)),
     )
 
 

@@ -34,6 +34,7 @@ def introduction(slave: Slave) -> dict[str, Any]:
         "clock_inputs": list(d.clock_inputs), "clock_outputs": list(d.clock_outputs),
         "clocked": {name: list(clocks) for name, clocks in d.clocked.items()},
         "text_inputs": [_carried(s) for s in d.text_inputs], "text_outputs": [_carried(s) for s in d.text_outputs],
+        "variable_steps": d.variable_steps, "fixed_step": d.fixed_step,
     }  # fmt: skip
 
 
@@ -60,6 +61,8 @@ def described(told: Mapping[str, Any]) -> SlaveDescription:
         clock_outputs=tuple(_field(told, "clock_outputs", "names", _is_names, [])),
         clocked={name: tuple(clocks) for name, clocks in clocked.items()},
         text_inputs=_signals(told, "text_inputs", []), text_outputs=_signals(told, "text_outputs", []),
+        variable_steps=truth(told, "variable_steps", True),
+        fixed_step=float(_field(told, "fixed_step", "a number of 0 or more", lambda x: _is_number(x) and x >= 0.0, 0.0)),
     )  # fmt: skip
 
 
