@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from gyro_cosim.component.whole_files import write_whole
+
 from .common import AsJson, needs, say, tell, writable
 from .given import repeated
 
@@ -53,8 +55,8 @@ def command(
                 raise RunError(
                     f"the results of {str(files[0])!r} must come out again for the page to hold the system: {different}"
                 )
-            content = whole.read_bytes()
-        page.write_bytes(content)
+            content = whole.read_text(encoding="utf-8")
+        write_whole(page, content)
         say(as_json, lambda: {"files": [str(page)]}, f"wrote {page}")
         return 0
     runs: dict[str, Trajectory] = {}

@@ -52,7 +52,7 @@ class Files:
     @property
     def all(self) -> tuple[Path, ...]:
         """Every file that is written."""
-        return self.outputs + (() if self.plot is None else (self.plot,))
+        return (*self.outputs, *filter(None, (self.plot, self.report)))
 
     def check(self) -> None:
         """Refuse, before any work, what cannot be written afterwards."""

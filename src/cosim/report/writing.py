@@ -2,10 +2,11 @@
 
 import html
 import json
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
+
+from gyro_cosim.component.whole_files import write_whole
 
 from ..master import Run
 from ..systems import catalogue
@@ -64,12 +65,7 @@ def _written(file: Path, document: Callable[[], dict[str, Any]]) -> None:
     check_format(file)
     made = bundle(catalogue.cache_folder())
     text = page(document(), made)
-    beside = file.with_name(f".{file.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        beside.replace(file)
-    finally:
-        beside.unlink(missing_ok=True)
+    write_whole(file, text)
 
 
 def check_format(file: Path) -> None:
