@@ -1,5 +1,6 @@
 """Vehicles from files: what a file says is what the component does; what it must not say is refused in one line."""
 
+import json
 from importlib.resources import files
 from pathlib import Path
 
@@ -144,3 +145,20 @@ def test_nothing_is_exported_from_a_bad_file(tmp_path: Path, capsys: pytest.Capt
     (tmp_path / "other.toml").write_text("[system]\n", encoding="utf-8")
     assert main(["export", str(tmp_path / "other.toml")]) == 2
     assert "must be TOML with a table [vehicle]" in capsys.readouterr().err
+
+
+def test_modes_of_a_file_are_those_of_its_springs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Bounce and pitch of the body on four springs, by hand: 8 t on 4 x 0.4 kN/mm, 30 t m2 on arms of 2.5 and 3.5 m, coupled by
+    the half metre that the centre stands ahead. 2 % for rails that give, and for the weight over the springs."""
+    file = tmp_path / "cart.toml"
+    file.write_text(CART.replace('damping = { z = "10 kN.s/m" }', "").replace("2 kN/mm", "1 N/mm"), encoding="utf-8")
+    assert main(["modes", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    k, m, J = 2 * 0.4e6, 8000.0, 30000.0
+    K = np.array([[2 * k, k * (3.5 - 2.5)], [k * (3.5 - 2.5), k * (2.5**2 + 3.5**2)]])
+    hand = np.sqrt(np.linalg.eigvals(np.linalg.solve(np.diag([m, J]), K))) / (2 * np.pi)
+    for frequency in hand:
+        assert min(abs(mode["frequency"] - frequency) / frequency for mode in found["modes"]) < 0.02
+    assert found["velocities"] == 6 + 2 * 6
+    assert main(["modes", str(file), "--over", "vehicle.sped=5:50:3"]) == 2
+    assert "did you mean 'speed'?" in capsys.readouterr().err

@@ -32,6 +32,7 @@ COMMANDS = {
     "report": "report",
     "info": "info",
     "params": "parameters",
+    "modes": "modes",
     "pack": "pack",
     "serve": "serve",
     "reproduce": "reproduce",

@@ -86,7 +86,7 @@ def single(source: str) -> System:
     """A component or an FMU as a system of its own, called by its package or file."""
     spec = source if source.endswith(".fmu") else catalogue.resolve(source)
     file = spec.rpartition(":")[0] if ".py:" in spec else spec
-    name = Path(file).stem if file.endswith((".fmu", ".py", ".toml")) else spec.partition(":")[0]
+    name = catalogue.described_by(spec) or (Path(file).stem if file.endswith((".fmu", ".py")) else spec.partition(":")[0])
     return System(spec, (SystemComponent(re.sub(r"\W", "_", name), spec),), ())
 
 
