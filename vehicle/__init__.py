@@ -6,7 +6,10 @@ The first is the default.
 Public besides VARIANTS: `lrt.lrt_set_a`, `wheel_pair.small_wheel_pair`, `wheelset.sprung_wheelset` and the functions of
 `variants`, which make the components; `track` and `spectra` (the track as data), `profiles`, `contact`, `creep_laws` and `kalker`
 (wheel and rail as plain functions), `parameter_sets`, `reduction`. The other modules hold the equations of the vehicle.
+`contact_points`, loaded on first use: where a wheelset with profiles by points touches its rails.
 """
+
+from typing import Any
 
 __all__ = ["VARIANTS"]
 
@@ -20,3 +23,12 @@ VARIANTS = {
     "lrt_solid_axle": "gyro_cosim.vehicle.variants:lrt_solid_axle",
     "wheelset": "gyro_cosim.vehicle.wheelset:sprung_wheelset",
 }
+
+
+def __getattr__(name: str) -> Any:
+    """`contact_points`, loaded when it is first asked for."""
+    if name == "contact_points":
+        from .wheelset_contact import contact_points
+
+        return contact_points
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

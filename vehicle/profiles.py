@@ -10,46 +10,22 @@ the height of its surface over that at y = 0, so the rolling radius is r0 - z. T
 These tables show the sections that vehicle.wheel_rail computes with in closed form; tests hold the two together.
 """
 
-from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from .profile_files import read
+from .section import Profile
+from .standard_profiles import rail_60e1, s1002
+
 __all__ = [
-    "Profile", "conventional_wheel", "corner_depth", "equivalent_conicity", "ntcirw_wheel", "rail_head",
-    "rolling_radius_difference",
+    "Profile", "conventional_wheel", "corner_depth", "equivalent_conicity", "ntcirw_wheel", "rail_60e1", "rail_head", "read",
+    "rolling_radius_difference", "s1002",
 ]  # fmt: skip
 
-
-@dataclass(frozen=True)
-class Profile:
-    """Points of a cross-section.
-
-    Attributes
-    ----------
-    y, z : array, shape (n,)
-        Across and up (m), `y` strictly increasing, n at least 3.
-
-    Raises
-    ------
-    ValueError
-        If the columns differ in length, hold fewer than three points or a number that is not finite, or `y` does not increase.
-    """
-
-    y: np.ndarray
-    z: np.ndarray
-
-    def __post_init__(self) -> None:
-        """Refuse a table that is no section."""
-        if self.y.ndim != 1 or self.y.shape != self.z.shape or self.y.size < 3:
-            raise ValueError(f"a profile must have two equal columns of three points or more, got {self.y.shape}, {self.z.shape}")
-        if not (np.all(np.isfinite(self.y)) and np.all(np.isfinite(self.z))):
-            raise ValueError("a profile must hold finite numbers only")
-        if not np.all(np.diff(self.y) > 0.0):
-            i = int(np.argmin(np.diff(self.y)))
-            raise ValueError(f"the y of a profile must increase, got {self.y[i]:g} before {self.y[i + 1]:g}")
+UNLIKE = 5e-3  # m, how far from the middle a wheelset with unlike sides may run
 
 
 def rail_head(crown: float = 0.3, corner: float = 0.013, corner_offset: float = 0.02, points: int = 801) -> Profile:
@@ -178,8 +154,11 @@ def conventional_wheel(g0: float = 0.025, clearance: float = 0.007, flange_angle
     return Profile(-mirrored.y[::-1], mirrored.z[::-1])
 
 
-def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, inclination_gap: float = 0.0) -> np.ndarray:
-    """Compute the rolling radius difference of a wheelset that does not roll, both sides alike.
+def rolling_radius_difference(
+    wheel: Profile, rail: Profile, y: np.ndarray, inclination_gap: float = 0.0,
+    right_wheel: Profile | None = None, right_rail: Profile | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Compute the rolling radius difference of a wheelset that does not roll.
 
     Parameters
     ----------
@@ -189,6 +168,8 @@ def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, incl
         Lateral displacements of the wheelset to the left (m).
     inclination_gap : float
         How far the rail stands outwards of its place: half the gauge widening (m).
+    right_wheel, right_rail : Profile, optional
+        Of the right side where it is unlike, mirrored.
 
     Returns
     -------
@@ -200,9 +181,8 @@ def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, incl
     ValueError
         If wheel and rail do not overlap.
     """
-    z_wheel = PchipInterpolator(wheel.y, wheel.z, extrapolate=False)
 
-    def radius_at(shift: float) -> float:
+    def radius_at(wheel: Profile, z_wheel: PchipInterpolator, rail: Profile, shift: float) -> float:
         """-z of the wheel at its contact when it stands `shift` outwards of its nominal place over the rail."""
         place = rail.y + inclination_gap - shift
         inside = (place >= wheel.y[0]) & (place <= wheel.y[-1])
@@ -218,16 +198,23 @@ def rolling_radius_difference(wheel: Profile, rail: Profile, y: np.ndarray, incl
             return -float(z_wheel(at[i] + step * (at[1] - at[0])))
         return -float(z_wheel(at[i]))
 
-    return np.array([radius_at(float(v)) - radius_at(float(-v)) for v in np.atleast_1d(y)])
+    left, right = (
+        (w, PchipInterpolator(w.y, w.z, extrapolate=False), r)
+        for w, r in ((wheel, rail), (right_wheel or wheel, right_rail or rail))
+    )
+    return np.array([radius_at(*left, float(v)) - radius_at(*right, float(-v)) for v in np.atleast_1d(y)])
 
 
 def equivalent_conicity(
-    wheel: Profile, rail: Profile, rolling_radius: float, contact_distance: float, amplitude: float = 3e-3
-) -> float:
+    wheel: Profile, rail: Profile, rolling_radius: float, contact_distance: float, amplitude: float = 3e-3, *,
+    right_wheel: Profile | None = None, right_rail: Profile | None = None,
+) -> float:  # fmt: skip
     """Compute the equivalent conicity by EN 15302: that of the cone whose kinematic motion has the same wavelength.
 
-    A wheelset follows y'' = -dr(y) / (e r0), dr the rolling radius difference, e the distance of the contact points. Its
-    wavelength over the full amplitude is computed by quadrature and gives tan g = (pi / wavelength)^2 2 e r0.
+    A wheelset follows y'' = -dr(y) / (e r0), dr the rolling radius difference, e the distance of the contact points. Unlike
+    sides move it about another place c than the middle: int dr dy from c - amplitude to c + amplitude is 0. The wavelength
+    over the full amplitude is computed by quadrature and gives tan g = (pi / wavelength)^2 2 e r0. Where dr is 0 near the
+    middle the wheelset runs straight on, which counts.
 
     Parameters
     ----------
@@ -237,16 +224,18 @@ def equivalent_conicity(
         r0 and e (m).
     amplitude : float
         Of the lateral motion (m).
+    right_wheel, right_rail : Profile, optional
+        Sections of the right side where it is unlike, mirrored.
 
     Returns
     -------
     float
-        tan g; negative where the radius grows the other way (NTCIRW).
+        tan g; negative where the radius grows the other way (NTCIRW), 0 where dr is 0 over the whole amplitude.
 
     Raises
     ------
     ValueError
-        If a length is not positive, or dr changes its sign within the amplitude, so that there is no periodic motion.
+        If a length is not positive, or there is no periodic motion of this amplitude.
 
     References
     ----------
@@ -255,15 +244,31 @@ def equivalent_conicity(
     for name, value in (("rolling_radius", rolling_radius), ("contact_distance", contact_distance), ("amplitude", amplitude)):
         if not value > 0.0:
             raise ValueError(f"{name} must be positive, got {value:g}")
-    y = np.linspace(0.0, amplitude, 201)
-    difference = rolling_radius_difference(wheel, rail, y)
-    sign = 1.0 if difference[-1] > 0.0 else -1.0
-    if not np.all(sign * difference[1:] > 0.0):
-        raise ValueError("the rolling radius difference must keep its sign within the amplitude for a periodic motion")
-    force = PchipInterpolator(y, sign * difference / (contact_distance * rolling_radius))
-    work = force.antiderivative()
-    nodes, weights = np.polynomial.legendre.leggauss(400)  # y = amplitude sin(u) takes the root at the turning point away
-    u = (nodes + 1) * pi / 4
-    speed = np.sqrt(2 * (work(amplitude) - work(amplitude * np.sin(u))))
-    wavelength = 4 * np.sum(weights * pi / 4 * amplitude * np.cos(u) / speed)
+    unlike = right_wheel is not None or right_rail is not None
+    reach = amplitude + (UNLIKE if unlike else 0.0)
+    y = np.linspace(-reach, reach, 801)
+    difference = rolling_radius_difference(wheel, rail, y, 0.0, right_wheel, right_rail)
+    if np.max(np.abs(difference)) < 1e-9:
+        return 0.0
+    work = PchipInterpolator(y, difference / (contact_distance * rolling_radius)).antiderivative()
+
+    def lean(c: float) -> float:  # the work over a swing about c
+        return float(work(c + amplitude) - work(c - amplitude))
+
+    places = np.linspace(-reach + amplitude, reach - amplitude, 161) if unlike else np.array([0.0])
+    leans = np.array([lean(float(c)) for c in places])
+    changes = np.flatnonzero(np.diff(np.sign(leans)))
+    if unlike and changes.size == 0:
+        raise ValueError(
+            f"the rolling radii must balance within {1e3 * UNLIKE:g} mm of the middle for a periodic motion, got none"
+        )
+    near = int(changes[np.argmin(np.abs(places[changes]))]) if unlike else 0
+    c = float(brentq(lean, places[near], places[near + 1])) if unlike else 0.0
+    nodes, weights = np.polynomial.legendre.leggauss(800)  # y = c + amplitude sin(u) takes the roots at the turning points away
+    u = nodes * pi / 2
+    square = 2 * (work(c + amplitude) - work(c + amplitude * np.sin(u)))
+    sign = 1.0 if np.sum(square) > 0.0 else -1.0
+    if not np.all(sign * square > 0.0):
+        raise ValueError("the rolling radius difference must turn the wheelset back within the amplitude for a periodic motion")
+    wavelength = 2 * np.sum(weights * pi / 2 * amplitude * np.cos(u) / np.sqrt(sign * square))
     return float(sign * (pi / wavelength) ** 2 * 2 * contact_distance * rolling_radius)
