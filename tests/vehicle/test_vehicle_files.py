@@ -12,7 +12,7 @@ from gyro_cosim.cli import main
 from gyro_cosim.component import Component
 from gyro_cosim.systems import catalogue
 from gyro_cosim.vehicle.described.component import component_of
-from gyro_cosim.vehicle.described.reading import read_text
+from gyro_cosim.vehicle.described.reading import read, read_text
 
 LRT = files("gyro_cosim.vehicle").joinpath("library", "lrt.toml").read_text(encoding="utf-8")
 CART = """
@@ -162,3 +162,29 @@ def test_modes_of_a_file_are_those_of_its_springs(tmp_path: Path, capsys: pytest
     assert found["velocities"] == 6 + 2 * 6
     assert main(["modes", str(file), "--over", "vehicle.sped=5:50:3"]) == 2
     assert "did you mean 'speed'?" in capsys.readouterr().err
+
+
+def test_the_manchester_coach_stands_and_bounces_as_by_hand() -> None:
+    """42 degrees of freedom; an eighth of the weight under each wheel; bounce of body and frames: two masses on two layers of
+    springs and dampers. 1 % for rails that give."""
+    coach = component_of(read(Path(str(files("gyro_cosim.vehicle").joinpath("library", "manchester_1.toml")))))
+    y = outputs(coach)
+    loads = [value for name, value in y.items() if name.endswith("vertical_force")]
+    weight = (32000 + 2 * 2615 + 4 * 1813) * 9.81
+    assert loads == pytest.approx([weight / 8] * 8, rel=1e-8)
+    assert max(abs(value) for name, value in y.items() if name.endswith("'") and "distance" not in name) < 1e-6
+    assert sum(v.name.endswith(("_rate", "_velocity", "_deviation")) for v in coach.states) == 42
+    x0, u, p = coach.start_state, coach.start_input, coach.start_parameters
+    columns = []
+    for i in range(x0.size):
+        step = np.zeros(x0.size)
+        step[i] = 1e-7
+        up, down = (np.array(coach.rhs(x0 + sign * step, u, p)).ravel() for sign in (1, -1))
+        columns.append((up - down) / 2e-7)
+    roots = np.linalg.eigvals(np.array(columns).T)
+    m = np.diag([32000.0, 2 * 2615.0])
+    K, C = (np.array([[2.0, -2.0], [-2.0, 2.0]]) * 2 * upper + np.diag([0.0, 8.0 * lower])
+            for upper, lower in ((430e3, 1220e3), (20e3, 4e3)))  # fmt: skip
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, K), -np.linalg.solve(m, C)]])
+    for root in np.linalg.eigvals(A):
+        assert np.abs(roots - root).min() < 0.01 * abs(root)
