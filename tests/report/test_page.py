@@ -256,3 +256,11 @@ def test_a_file_that_says_where_it_comes_from_becomes_a_page_that_runs(cosim):
     assert code == 1
     assert "must come out again for the page to hold the system" in said
     assert not Path("other.html").exists()
+
+
+def test_a_notebook_shows_the_page_in_a_frame_of_its_own(run):
+    shown = run.show()._repr_html_()
+    (source,) = re.findall(r'srcdoc="([^"]*)"', shown)
+    assert "&lt;!doctype html" in source.lower()
+    assert 'sandbox="allow-scripts allow-downloads"' in shown
+    assert "allow-same-origin" not in shown

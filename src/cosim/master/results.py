@@ -5,11 +5,11 @@ import html
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 from .. import figures
 from ..coupling import Algorithm
-from ..systems import System
+from ..systems import System, catalogue
 from ..trajectory import Trajectory
 from .adaptive import Adaptive
 from .energy import BondEnergy, untrustworthy
@@ -101,6 +101,17 @@ class Run:
 
     def __repr__(self) -> str:
         return "\n".join(lines(self))
+
+    def show(self, **options: Any) -> Any:
+        """The run as a page that runs it again, for a notebook: see gyro_cosim.report.notebook.Shown for the options.
+
+        Raises
+        ------
+        RuntimeError
+            The page's script is not there and cannot be built.
+        """
+        (view,) = catalogue.entries("views")
+        return view.load()(self, **options)
 
     def _repr_html_(self) -> str:
         return page(self)
