@@ -188,3 +188,17 @@ def test_the_manchester_coach_stands_and_bounces_as_by_hand() -> None:
     A = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, K), -np.linalg.solve(m, C)]])
     for root in np.linalg.eigvals(A):
         assert np.abs(roots - root).min() < 0.01 * abs(root)
+
+
+def test_vehicle_check_says_what_the_wheels_carry(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "cart.toml"
+    file.write_text(CART, encoding="utf-8")
+    assert main(["vehicle", "check", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert sum(found["wheel_loads"].values()) == pytest.approx(10800 * 9.81, rel=1e-9)
+    assert found["velocities"] == 18
+    assert found["rest_error"] < 1e-6
+    assert main(["vehicle", "chek", str(file)]) == 2
+    file.write_text(CART.replace('mass = "8 t"', 'mass = "-8 t"'), encoding="utf-8")
+    assert main(["vehicle", "check", str(file)]) == 2
+    assert capsys.readouterr().err.endswith("cosim: cart.toml: bodies.body.mass must be more than 0 kg, got '-8 t'\n")

@@ -33,6 +33,7 @@ COMMANDS = {
     "info": "info",
     "params": "parameters",
     "modes": "modes",
+    "vehicle": "vehicle",
     "pack": "pack",
     "serve": "serve",
     "reproduce": "reproduce",

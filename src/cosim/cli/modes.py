@@ -40,10 +40,10 @@ def command(
     """
     plan = chosen_system(name if is_system(name) else single(name), gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     free, values, unit = ((), np.zeros(0), "") if over is None else _range(plan, over)
-    rest = AtRest(plan, free, _ignorable(plan))
+    rest = AtRest(plan, free, ignorable(plan))
     if over is None:
-        found: dict[str, Any] = {"system": plan.name, "velocities": _velocities(rest.states), "modes": _modes(rest)}
-        say(as_json, lambda: found, *_words(found))
+        found: dict[str, Any] = {"system": plan.name, "velocities": velocities(rest.states), "modes": modes_of(rest)}
+        say(as_json, lambda: found, *mode_words(found))
         return 0
     growth = [rest.growth((value,)) for value in values]
     crossings = [
@@ -67,7 +67,7 @@ def command(
     return 0
 
 
-def _ignorable(plan: System) -> tuple[str, ...]:
+def ignorable(plan: System) -> tuple[str, ...]:
     """Distances run, of each component that has any: a vehicle may stand anywhere on straight track."""
     return tuple(
         f"{part.name}.*distance"
@@ -95,12 +95,12 @@ def _range(plan: System, text: str) -> tuple[tuple[str, ...], np.ndarray, str]:
     return (key,), np.linspace(low, high, int(parts[2])), unit
 
 
-def _velocities(states: tuple[str, ...]) -> int:
+def velocities(states: tuple[str, ...]) -> int:
     """Degrees of freedom that have a velocity among the states."""
     return sum(state.partition(" - ")[0].endswith(RATES) for state in states)
 
 
-def _modes(rest: AtRest) -> list[dict[str, Any]]:
+def modes_of(rest: AtRest) -> list[dict[str, Any]]:
     """One row for each real root and each pair, in order of falling growth."""
     values, vectors = np.linalg.eig(rest.matrix(rest.q0))
     rows = []
@@ -114,7 +114,7 @@ def _modes(rest: AtRest) -> list[dict[str, Any]]:
     return rows
 
 
-def _words(found: dict[str, Any]) -> list[str | Table]:
+def mode_words(found: dict[str, Any]) -> list[str | Table]:
     table = Table("growth [1/s]", "frequency [Hz]", "damping", "moves most", box=None, pad_edge=False)
     for mode in found["modes"]:
         table.add_row(f"{mode['growth']:.4g}", f"{mode['frequency']:.4g}", f"{mode['damping']:.3f}", mode["moves"])
