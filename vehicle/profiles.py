@@ -262,13 +262,16 @@ def equivalent_conicity(
         raise ValueError(
             f"the rolling radii must balance within {1e3 * UNLIKE:g} mm of the middle for a periodic motion, got none"
         )
-    near = int(changes[np.argmin(np.abs(places[changes]))]) if unlike else 0
-    c = float(brentq(lean, places[near], places[near + 1])) if unlike else 0.0
     nodes, weights = np.polynomial.legendre.leggauss(800)  # y = c + amplitude sin(u) takes the roots at the turning points away
     u = nodes * pi / 2
-    square = 2 * (work(c + amplitude) - work(c + amplitude * np.sin(u)))
-    sign = 1.0 if np.sum(square) > 0.0 else -1.0
-    if not np.all(sign * square > 0.0):
+    for near in sorted(changes, key=lambda i: abs(places[i])) if unlike else [0]:  # the nearest place that it swings about
+        c = float(brentq(lean, places[near], places[near + 1], xtol=1e-12)) if unlike else 0.0
+        end = np.where(u > 0.0, work(c + amplitude), work(c - amplitude))  # alike but for rounding
+        square = 2 * (end - work(c + amplitude * np.sin(u)))
+        sign = 1.0 if np.sum(square) > 0.0 else -1.0
+        if np.all(sign * square > 0.0):
+            break
+    else:
         raise ValueError("the rolling radius difference must turn the wheelset back within the amplitude for a periodic motion")
     wavelength = 2 * np.sum(weights * pi / 2 * amplitude * np.cos(u) / np.sqrt(sign * square))
     return float(sign * (pi / wavelength) ** 2 * 2 * contact_distance * rolling_radius)
