@@ -148,3 +148,11 @@ def test_an_ssd_file_elsewhere_finds_components_by_their_fmu_names(tmp_path: Pat
 
 def test_wiring_error_is_wrong_use() -> None:
     assert issubclass(WiringError, ValueError)
+
+
+def test_a_vehicle_file_is_a_system_of_its_own(tmp_path: Path) -> None:
+    file = tmp_path / "coach.toml"
+    file.write_text('[vehicle]\nname = "coach"\n', encoding="utf-8")
+    alone = system(str(file))
+    assert [(c.name, c.source) for c in alone.components] == [("vehicle", str(file))]
+    assert (alone.name, alone.step) == ("coach", 1e-3)

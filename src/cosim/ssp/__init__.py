@@ -8,10 +8,10 @@ from pathlib import Path
 
 from ..errors import unknown
 from ..systems import System
-from ..systems.catalogue import systems
+from ..systems.catalogue import described_by, systems
 from .reading import read
 from .rules import NAMESPACES
-from .single import of_one_fmu
+from .single import of_one_described, of_one_fmu
 from .toml_files import read_system
 
 __all__ = ["NAMESPACES", "read", "system"]
@@ -24,7 +24,8 @@ def system(name: str) -> System:
     ----------
     name : str
         As `cosim list` shows it; the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several); of a .toml
-        file that describes a system (toml_files.py); or of an .fmu, which then is all of the system (single.py).
+        file that describes a system (toml_files.py); or of an .fmu, or a .toml file that describes a component, which then is all of
+        the system (single.py).
 
     Returns
     -------
@@ -41,7 +42,8 @@ def system(name: str) -> System:
     if name.endswith((".ssd", ".ssp")):
         return read(Path(name))
     if name.endswith(".toml"):
-        return read_system(name)
+        package = described_by(name)
+        return read_system(name) if package is None else of_one_described(name, package)
     if name.endswith(".fmu"):
         return of_one_fmu(name)
     raise unknown("system", name, systems())

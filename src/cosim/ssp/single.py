@@ -1,4 +1,4 @@
-"""An FMU alone as a system: one component, with what its DefaultExperiment says."""
+"""An FMU alone as a system, with what its DefaultExperiment says, or a component that a TOML file describes."""
 
 from math import floor, isfinite, log10
 from pathlib import PurePath
@@ -43,6 +43,11 @@ def of_one_fmu(file: str) -> System:
         step = _round((stop - start) / STEPS)
         notes = (f"{name} states no step size, which is {step:g} s where nobody gives one (--step)",)
     return System(name, (SystemComponent(name, file),), (), step=step, start=start, stop=stop, notes=notes)
+
+
+def of_one_described(file: str, package: str) -> System:
+    """The system of one component that a TOML file describes, called by its package ("vehicle"): 10 s in steps of 1 ms."""
+    return System(PurePath(file).stem, (SystemComponent(package, file),), (), step=1e-3, stop=10.0)
 
 
 def _number(description: Description, key: str) -> float | None:

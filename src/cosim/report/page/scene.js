@@ -106,7 +106,8 @@ export class Moving {
   eyes() {
     const s = wayAt(this.run, this.scene.track.distance, this.time);
     const half = Math.max(...this.scene.bodies.map((body) => Math.abs(body.offset))) / this.scale;
-    const views = { outside: [[5, -13, 5], [0, 0, 1]], following: [[-16, 3, 4.5], [0, 0, 1.2]], driver: [[half + 1.5, 0, 2.4], [half + 12, 0, 1]], above: [[0, -0.01, 20], [0, 0, 0]], gear: [[half + 2.4, -2.6, 1.1], [half, 0, 0.35]] };
+    const far = Math.max(1, half / 3.5); // of long vehicles
+    const views = { outside: [[5 * far, -13 * far, 5 * far], [0, 0, 1]], following: [[-16, 3, 4.5], [0, 0, 1.2]], driver: [[half + 1.5, 0, 2.4], [half + 12, 0, 1]], above: [[0, -0.01, 20 * far], [0, 0, 0]], gear: [[half + 2.4, -2.6, 1.1], [half, 0, 0.35]] };
     const [from, to] = (views[this.view] ?? views.outside).map((place) => place.map((x) => x * this.scale));
     const world = ([forward, left, up]) => {
       const at = this.track.at(s + (this.view === "driver" ? forward : 0));
