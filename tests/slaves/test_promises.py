@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import exchange_fmus
 import numpy as np
 import pytest
 import small_fmus
@@ -26,6 +27,7 @@ from gyro_cosim import (
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.master import Run
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
+from gyro_cosim.slaves.exchange.functions import Functions
 from gyro_cosim.ssp.packing import pack
 
 
@@ -114,6 +116,37 @@ def test_the_tolerance_is_told(tmp_path: Path, cosim_json: Callable[..., Any]) -
     assert told["notes"] == []
     with pytest.raises(ValueError, match="tolerance must be positive, got 0"):
         replace(pair(own), tolerance=0.0)
+
+
+@pytest.mark.parametrize("isolate", [False, True])
+def test_it_is_that_of_the_integration_by_model_exchange(isolate: bool, tmp_path: Path) -> None:
+    """speck' = -speck; the FMU's own tolerance is 1e-9."""
+    alone = System("s", (SystemComponent("a", str(exchange_fmus.hopper(tmp_path, 3))),), ())
+    errors = [
+        abs(ran(replace(alone, tolerance=given), stop=0.4, isolate=isolate).trajectory["a.speck"][-1] / 1e-6 / np.exp(-0.4) - 1)
+        for given in (None, 1e-5, 1e-3)
+    ]
+    assert errors[0] < 1e-8 < 1e-7 < errors[1] < 1e-4 < errors[2] < 1e-2
+
+
+@pytest.mark.parametrize(("algorithm", "goes_back"), [(Jacobi(0), False), (Iterated(1), True)], ids=repr)
+def test_completed_steps_are_final_only_where_nobody_goes_back(
+    algorithm: Algorithm, goes_back: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of Model Exchange: a step of the integrator beyond the begin of a macro step that may be repeated is none."""
+    told: list[tuple[float, bool]] = []
+    completed = Functions.completed
+
+    def heard(self: Functions, instance: Any, no_set_state: bool, t: float, h: float) -> tuple[bool, bool]:
+        told.append((t, bool(no_set_state)))
+        return completed(self, instance, no_set_state, t, h)
+
+    monkeypatch.setattr(Functions, "completed", heard)
+    file = str(exchange_fmus.hopper(tmp_path, 2))
+    parts = SystemComponent("a", file), SystemComponent("b", file, {"h": 50.0})
+    ran(System("s", parts, (Connection(("b", "v"), ("a", "u")),)), algorithm, stop=0.3, step=0.1)
+    assert len(told) > 6
+    assert {flag for _, flag in told} == {not goes_back}
 
 
 def test_a_stop_time_is_final_only_where_the_run_ends_there(tmp_path: Path) -> None:

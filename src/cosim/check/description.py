@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from ..slaves.fmi.description import REAL
+from ..slaves.fmi.rows import REAL
 from ..slaves.fmi.schema import judged
 from ..systems import archive as door
 from .findings import Finding, Findings

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..slaves.fmi.description import REAL
+from ..slaves.fmi.rows import REAL
 from .description import number
 
 FMI3_TYPES = {"Boolean": "Boolean", "String": "String", "Binary": "Binary", "Clock": "Clock", "Enumeration": "Int64"}

@@ -10,7 +10,8 @@ from ..network.redundancy import Redundant, redundant_states
 from ..slaves import SlaveDescription
 from ..slaves.base import Linearisable
 from ..slaves.described import described_slave
-from ..slaves.fmi.description import Description, Row, load
+from ..slaves.fmi.description import Description, load
+from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
 from ..systems import archive, catalogue

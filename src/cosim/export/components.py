@@ -9,8 +9,9 @@ from ..network import Network
 from ..slaves import SlaveDescription
 from ..slaves.exchange.slave import ExchangeSlave
 from ..slaves.fmi.clocks import time_based
-from ..slaves.fmi.description import Description, Row, read
+from ..slaves.fmi.description import Description, read
 from ..slaves.fmi.fmu import FmuSlave
+from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import by_variable, described
 from ..slaves.fmi.structure import STRUCTURAL
 from ..slaves.fmi.unpacked import FmuCache
@@ -88,6 +89,9 @@ def packed(system: System, network: Network) -> tuple[Packed, ...]:
     for i, component in enumerate(system.components):
         location = cache.location(component.source)
         model = read(location)
+        if model.version == "1":
+            rule = "must be an FMU of FMI 2.0 or 3.0 to be packed into one"
+            raise ValueError(f"component {component.name!r} {rule}, {component.source!r} is of FMI 1.0")
         given: list[tuple[Row, Scalar]] = []
         for row, values in by_variable({row.name: row for row in model.rows}, network.values[i]):
             if row.causality == STRUCTURAL:

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Sequence
 
 from ..coupling import MAX_DEGREE, Algorithm, GaussSeidel
 from ..network import Network
-from ..slaves.fmi.description import Row
 from ..slaves.fmi.intermediate_update import asked_for
+from ..slaves.fmi.rows import Row
 from ..systems import System
 from .components import Packed
 from .variables import ALGORITHMS, LEAST, TYPES, Variables

@@ -15,7 +15,7 @@ from gyro_cosim.component.units import Unit
 
 from ..coupling import MAX_DEGREE, Algorithm
 from ..network import Network
-from ..slaves.fmi.description import Row
+from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import read as start_of
 from ..systems import System
 from .components import Packed

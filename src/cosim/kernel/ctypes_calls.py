@@ -17,6 +17,7 @@ COLUMNS = (
 (INSTANCE, SET_REAL, GET_REAL, DO_STEP, SET_DERIVATIVES, U_REFS, Y_REFS, DU_REFS, DU_ORDERS, NO_SET_STATE, N_U, N_Y, N_POLLED,
  Y_FIRST, DIRECT, FIRST, DEGREE, FEEDS, FEEDS_POLLED, VERSION, TOLD, FINISH) = range(len(COLUMNS))  # fmt: skip
 CALLS = {
+    1: ("", "fmiSetReal", "fmiSetRealInputDerivatives", "fmiDoStep", "fmiGetReal"),
     2: ("", "fmi2SetReal", "fmi2SetRealInputDerivatives", "fmi2DoStep", "fmi2GetReal"),
     3: ("", "fmi3SetFloat64", "", "fmi3DoStep", "fmi3GetFloat64"),
 }

@@ -169,7 +169,7 @@ static int send(const Plan *p, const Data *d, int64_t i) {
 static int advance(const Plan *p, const Data *d, int64_t i, double t, double h) {
     const Slave *s = &p->slaves[i];
     int status;
-    if (s->version == 2) {
+    if (s->version != 3) {
         status = ((Step2 *)(intptr_t)s->do_step)((void *)(intptr_t)s->instance, t, h, (int)s->no_set_state);
     } else if (d->due[i] <= t + 1.000001 * h) { /* not far behind the step: whoever finishes it looks closer */
         status = ((Finish *)(intptr_t)s->finish)(t, h, 0);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..coupling import Algorithm
@@ -21,8 +22,10 @@ def told(network: Network, algorithm: Algorithm, grid: TimeGrid, options: Option
     ValueError where the run cannot do without.
     """
     usage = usage_of(network, algorithm, grid, options)
-    lines = [promise(s, usage, v, grid.start, grid.stop) for s, v in zip(network.slaves, network.values, strict=True)]
-    return tuple(dict.fromkeys(line for of_slave in lines for line in of_slave))
+    lines: dict[str, None] = {}
+    for slave, values, parts in zip(network.slaves, network.values, network.substeps, strict=True):
+        lines |= dict.fromkeys(promise(slave, replace(usage, step=usage.step / parts), values, grid.start, grid.stop))
+    return tuple(lines)
 
 
 def usage_of(network: Network, algorithm: Algorithm, grid: TimeGrid, options: Options) -> Usage:
@@ -47,5 +50,6 @@ def usage_of(network: Network, algorithm: Algorithm, grid: TimeGrid, options: Op
         goes_back=goes_back,
         can_do_without=can_do_without,
         tolerance=network.system.tolerance,
+        step=0.0 if options.adaptive is not None else grid.step,
         ends=options.checkpoint is None,
     )

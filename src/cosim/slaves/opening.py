@@ -72,10 +72,14 @@ def open_fmu(
         from .fmi.fmi3 import Fmi3Slave
 
         fmu = Fmi3Slave(name, opened, values)
-    else:
+    elif opened.model.version == "2":
         from .fmi.fmi2 import Fmi2Slave
 
         fmu = Fmi2Slave(name, opened)
+    else:
+        from .fmi.fmi1 import Fmi1Slave
+
+        fmu = Fmi1Slave(name, opened)
     if not opened.model.exchanged:
         return fmu
     from .exchange.slave import ExchangeSlave

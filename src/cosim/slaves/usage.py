@@ -23,6 +23,8 @@ class Usage:
         Whether the run can do without going back: it then loses accuracy in its first steps.
     tolerance : float or None
         The relative tolerance that every FMU is told; None: that of its own DefaultExperiment, where it has one.
+    step : float
+        Length of its steps (s), of the longest where they differ; 0 where that is not known.
     ends : bool
         Whether the stop time is final; False where a checkpoint lets the run go on beyond it.
     """
@@ -32,6 +34,7 @@ class Usage:
     goes_back: str = ""
     can_do_without: bool = False
     tolerance: float | None = None
+    step: float = 0.0
     ends: bool = True
 
     def __post_init__(self) -> None:

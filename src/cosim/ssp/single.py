@@ -21,7 +21,7 @@ def of_one_fmu(file: str) -> System:
     -------
     System
         Its span and step as the FMU's DefaultExperiment says; else one second, and the FMU's fixed internal step or a round
-        number of about a thousandth of the span, of which a note tells.
+        number of about a thousandth of the span, of which a note tells. A step is no shorter than the fixed internal one.
 
     Raises
     ------
@@ -36,9 +36,11 @@ def of_one_fmu(file: str) -> System:
     stop = start + 1.0 if stop is None or stop <= start else stop
     step = _number(description, "stepSize")
     notes: tuple[str, ...] = ()
-    if step is None or not 0.0 < step <= stop - start:
-        fixed = [interface.get("fixedInternalStepSize", "") for interface in description.interfaces.values()]
-        step = next((float(text) for text in fixed if text and 0.0 < float(text) <= stop - start), None)
+    fixed = description.own_step
+    if (step is None or not fixed <= step <= stop - start) and 0.0 < fixed <= stop - start:
+        step = fixed
+    if step is not None and not 0.0 < step <= stop - start:
+        step = None
     if step is None:
         step = _round((stop - start) / STEPS)
         notes = (f"{name} states no step size, which is {step:g} s where nobody gives one (--step)",)

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from ..fmi.buffers import Group, present
-from ..fmi.description import REAL
 from ..fmi.fmu import FmuSlave
+from ..fmi.rows import REAL
 from ..fmi.signals import carried
 
 Check = Callable[[int, str, float, float], None]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .description import Row
+from .rows import Row
 
 EXACT = 2**53  # integers up to here are exact in float64
 

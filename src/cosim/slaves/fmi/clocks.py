@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
 
-from .description import Description, Row
+from .description import Description
 from .library import POINTER, REFERENCES, SIZE, Library
+from .rows import Row
 
 UNCHANGED, CHANGED = 1, 2  # of fmi3IntervalQualifier
 

@@ -228,8 +228,9 @@ class Fmi3Slave(FmuSlave, Clocked):
         """What doStep has answered; the time that the FMU has reached."""
         self.check(self._answers.status, "fmi3SetFloat64 in the intermediate update", t, h)
         reached = self._reached.value
-        short = abs(reached - (t + h)) > 1e-9 * (h + abs(t))
-        if short and 0.0 < reached - (t + h) <= BEYOND * h and not (self._ended.value or self._early.value):
+        behind = t + h - reached
+        short = abs(behind) > 1e-9 * (h + abs(t))
+        if short and 0.0 < -behind <= BEYOND * h and not (self._ended.value or self._early.value):
             text = f"says that a step from {t:.9g} s over {h:.9g} s ended at {reached:.9g} s, taken as its end"
             self.log.add(STATUS.index("warning"), b"lastSuccessfulTime", text.encode())
             return t + h
@@ -238,7 +239,9 @@ class Fmi3Slave(FmuSlave, Clocked):
                 raise EndRequest(self.name, reached)
             self._learn(replace(self._note, ends=True))
         elif short and not (self._event_mode is not None and self._early.value):
-            self._refuse_short_step(t, h)
+            if self._early.value or not 0.0 < behind < (1 + 1e-9) * self.model.own_step:
+                self._refuse_short_step(t, h)
+            return t + h  # it takes whole steps of its own, and the next one is not over yet
         return reached
 
     def _refuse_early_return(self, t: float, h: float) -> None:
@@ -247,8 +250,7 @@ class Fmi3Slave(FmuSlave, Clocked):
             self._refuse_short_step(t, h)
 
     def _refuse_short_step(self, t: float, h: float) -> None:
-        fixed = self.model.interfaces["CoSimulation"].get("fixedInternalStepSize")
-        hint = f" (its own step is fixed to {fixed} s)" if fixed else ""
+        hint = f" (its own step is fixed to {self.model.own_step:g} s)" if self.model.own_step else ""
         how = "returned early at" if self._reached.value <= t + h else "went on to"
         self._fails(f"the FMU must do the whole step, {how} t = {self._reached.value:.9g} s{hint}", t, h)
 

@@ -15,8 +15,7 @@ import numpy as np
 from ...errors import OutputError, SlaveError
 from ..base import Counting, Counts, Linearisable, StateSpace, Texting, Tunable
 from ..signal import Given, Text, Value
-from .buffers import Group, group, groups
-from .description import TEXTS, Row
+from .buffers import Group, groups
 from .events import EventState
 from .fmu_state import States
 from .library import POINTER, STATUS, Library, status_word
@@ -24,6 +23,7 @@ from .linearisation import derivatives
 from .log import Log
 from .promised import PromisedFmu, hint
 from .raw import Direct, RawFmu
+from .rows import TEXTS, Row
 from .signals import by_variable, carried, names, texts
 from .structure import STRUCTURAL, in_configuration_mode, refuse_other_sizes
 from .surroundings import keeping, mind_floating_point
@@ -73,6 +73,11 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
     def _bind_version(self, library: Library) -> None:
         """The functions and arrays that only this version has."""
 
+    def _bind_end(self, library: Library) -> None:
+        """Those that end it."""
+        self._terminate = library.function(f"{self.prefix}Terminate", POINTER)
+        self._free = library.function(f"{self.prefix}FreeInstance", POINTER, result=None)
+
     @abstractmethod
     def _instantiate(self) -> Any:
         """A new instance, or None."""
@@ -116,9 +121,8 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
 
     def _bind(self) -> None:
         """The functions that both versions have, under much the same names."""
-        function, prefix, state = self._opened.library.function, self.prefix, self.state
-        self._terminate = function(f"{prefix}Terminate", POINTER)
-        self._free = function(f"{prefix}FreeInstance", POINTER, result=None)
+        prefix, state = self.prefix, self.state
+        self._bind_end(self._opened.library)
         self._texts = Texts(self._opened.library, prefix, self.check)
         if self.description.can_restore:
             self._states = States(self._opened.library, prefix, state, self.check, serialize=self.description.can_serialize)
@@ -157,14 +161,14 @@ class FmuSlave(PromisedFmu, Linearisable, Counting, Texting, Tunable, Direct):
             if row.type in TEXTS:
                 self._texts.write(self._instance, row, values, t)
                 continue
-            one = group([row], (), self.types, self.prefix, self._moves)
+            (one,) = self.groups([row])
             one.buffer[:] = values
             self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)
 
     def tune(self, values: Mapping[str, Value], t: float) -> None:
         for name, value in values.items():
             row = self._rows[name] if name in self._rows else self._rows[name[: name.rindex("[")]]
-            one = group([row], (), self.types, self.prefix, self._moves)
+            (one,) = self.groups([row])
             self.check(one.get(self._instance), f"{one.label.replace('Set', 'Get')} of {row.name!r}", t, 0.0)
             one.buffer[0 if name == row.name else names(row).index(name)] = value
             self.check(one.set(self._instance), f"{one.label} of {row.name!r}", t, 0.0)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from .description import Description, Row
+from .description import Description
 from .library import POINTER, REFERENCES, SIZE, Library
+from .rows import Row
 
 _UPDATE = ctypes.CFUNCTYPE(
     None, POINTER, ctypes.c_double, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool, ctypes.c_bool,

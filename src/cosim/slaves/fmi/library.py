@@ -54,7 +54,7 @@ class Library:
                 self._library = ctypes.CDLL(str(file), winmode=0x8)  # on Windows: look beside the file for what it needs
         except OSError as error:
             raise ValueError(f"{where}: its binary cannot be loaded: {error}") from None
-        self._where = where
+        self._where, self._begin = where, f"{identifier}_" if version == "1" else ""
         self._functions: dict[tuple[Any, ...], Any] = {}
 
     def function(self, name: str, *types: Any, result: Any = ctypes.c_uint) -> Any:
@@ -63,9 +63,9 @@ class Library:
         if known is not None:
             return known
         try:
-            function = self._library[name]  # an own handle: its argument types are ours to state
+            function = self._library[self._begin + name]  # an own handle: its argument types are ours to state
         except AttributeError:
-            raise ValueError(f"{self._where}: its binary lacks the function {name}") from None
+            raise ValueError(f"{self._where}: its binary lacks the function {self._begin}{name}") from None
         function.argtypes, function.restype = types, result
         self._functions[name, types, result] = function
         return function

@@ -20,7 +20,7 @@ class Log:
     def __init__(self, name: str) -> None:
         self._lines: deque[tuple[int, str, str]] = deque(maxlen=100)
         self._logger = logging.getLogger(f"gyro_cosim.fmu.{name}")
-        self._name = name
+        self.name = name
         self._listener: Callable[[int, str, str], None] | None = None
         self.warnings, self.first_warning = 0, ""
 
@@ -33,7 +33,7 @@ class Log:
         line = (status, category, text)
         level = LEVELS[status] if 0 <= status < len(LEVELS) else logging.ERROR
         if self._logger.isEnabledFor(level):
-            self._logger.log(level, "%s: %s", self._name, shown(line))
+            self._logger.log(level, "%s: %s", self.name, shown(line))
         if status == STATUS.index("warning"):
             self.warnings += 1
             self.first_warning = self.first_warning or shown(line)

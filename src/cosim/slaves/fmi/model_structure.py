@@ -23,13 +23,17 @@ class Variable(Protocol):
 
 
 def states_2(root: etree._Element, rows: Sequence[Variable]) -> tuple[tuple[int, int], ...]:
+    """ValueError where a derivative names no state; an FMU whose states nobody here asks for then has none."""
     elements = root.findall("ModelVariables/ScalarVariable")
+    asked = root.find("ModelExchange") is not None or bool(root.xpath("CoSimulation/@providesDirectionalDerivative"))
     pairs = []
     for element in root.iterfind("ModelStructure/Derivatives/Unknown"):
         place = int(element.get("index", "0")) - 1
         real = elements[place].find("Real") if 0 <= place < len(elements) else None
         state = int(real.get("derivative", "0")) - 1 if real is not None else -1
         if not 0 <= state < len(rows):
+            if not asked:
+                return ()
             raise ValueError(f"ModelStructure lists {place + 1} as a derivative, which names no state")
         pairs.append((rows[state].reference, rows[place].reference))
     return tuple(pairs)

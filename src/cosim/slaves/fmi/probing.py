@@ -81,6 +81,17 @@ def kept(
             return full, ()
 
 
+def untold(name: str, model: Description, usage: Usage) -> tuple[str, ...]:
+    """What of such a run an FMU cannot be told, or cannot follow, by its version or description alone, one line each."""
+    notes = []
+    if usage.tolerance is not None and model.version == "1":
+        notes.append(f"component {name!r} is told no tolerance, since FMI 1.0 has none in Co-Simulation")
+    if 0.0 < usage.step * (1 + 1e-9) < model.own_step:
+        notes.append(f"component {name!r} has steps of its own of {model.own_step:g} s (fixedInternalStepSize), longer than "
+                     f"{usage.step:g} s: within one of them its outputs stay as they are")  # fmt: skip
+    return tuple(notes)
+
+
 def ours(model: Description) -> bool:
     """Whether the FMU is of our own export."""
     return model.identity.get("generationTool", "").startswith(OURS)

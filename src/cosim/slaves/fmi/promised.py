@@ -11,7 +11,7 @@ from ..signal import Given, Value
 from ..usage import Usage
 from .description import Description
 from .library import Library
-from .probing import kept
+from .probing import kept, untold
 from .signals import described
 from .structure import configured
 from .unpacked import OpenedFmu
@@ -48,7 +48,7 @@ class PromisedFmu(Promised, Serializable):
             self._known[usage] = kept(self, self._opened, usage, values, t, stop)
         description, notes = self._known[usage]
         self._adopt(description)
-        return notes
+        return (*untold(self.name, self.model, usage), *notes)
 
     def like(self, other: Self, description: SlaveDescription) -> None:
         """Be used as `other` is, as an FMU that can do what `description` says."""

@@ -16,11 +16,11 @@ class RawFmu:
     Parameters
     ----------
     version : int
-        Of FMI, 2 or 3.
+        Of FMI: 1, 2 or 3.
     instance : int
         Of the FMU; valid until the slave starts anew or closes.
     set_real, get_real, do_step : int
-        fmi2SetReal, fmi2GetReal, fmi2DoStep, or fmi3SetFloat64, fmi3GetFloat64, fmi3DoStep.
+        fmi2SetReal, fmi2GetReal, fmi2DoStep, those of FMI 1.0, or fmi3SetFloat64, fmi3GetFloat64, fmi3DoStep.
     set_derivatives : int
         fmi2SetRealInputDerivatives, or 0 where the FMU follows constant inputs only.
     u_refs, y_refs : ndarray of uint32, shapes (n_u,) and (n_y,)
@@ -41,7 +41,7 @@ class RawFmu:
     due : callable or None
         Of FMI 3.0: due() is the time (s) from which on a step must be left to finish_step from its begin.
     derivatives_told : callable or None
-        Of FMI 2.0: derivatives_told() tells the slave that C code gives its FMU all derivatives.
+        Of FMI 1.0 and 2.0: derivatives_told() tells the slave that C code gives its FMU all derivatives.
     """
 
     version: int

@@ -9,9 +9,10 @@ import numpy as np
 from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
 from .clocks import announced, clocked, time_based, triggered
-from .description import REAL, TEXTS, Description, Row
+from .description import Description
 from .events import ticks, used
 from .intermediate_update import asked_for
+from .rows import REAL, TEXTS, Row
 
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 
@@ -41,7 +42,7 @@ def described(description: Description) -> SlaveDescription:
     own = dict.fromkeys((r.name for r in time_based(description)), "Clock with an interval of its own")
     silent = {} if ticking else dict.fromkeys((*own, *clock_inputs, *clock_outputs), "Clock of an FMU without event mode")
     by_clock = clocked(description) if ticking else {}
-    follows = description.can("canInterpolateInputs") if description.version == "2" else bool(asked_for(description))
+    follows = description.can("canInterpolateInputs") if description.version != "3" else bool(asked_for(description))
     restores, serializes = (
         description.can(f"can{verb}FMUstate") or description.can(f"can{verb}FMUState") for verb in ("GetAndSet", "Serialize")
     )

@@ -7,8 +7,9 @@ from math import prod
 from typing import Any
 
 from ..signal import Given, Value
-from .description import LARGEST, Description, Row
+from .description import Description
 from .library import POINTER, Library
+from .rows import LARGEST, Row
 from .signals import signal_of
 
 STRUCTURAL = "structuralParameter"

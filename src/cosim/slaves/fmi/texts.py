@@ -5,15 +5,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ..signal import Text, Value
-from .description import Row
 from .library import POINTER, REFERENCES, SIZE, Library
+from .rows import Row
 from .signals import by_variable, names
 
 
 class Texts:
     """The functions for them; `check` raises for a bad status.
 
-    prefix : of their names, "fmi2" or "fmi3".
+    prefix : of their names, "fmi", "fmi2" or "fmi3".
     """
 
     def __init__(self, library: Library, prefix: str, check: Callable[[int, str, float, float], None]) -> None:
@@ -21,7 +21,7 @@ class Texts:
 
     def _function(self, direction: str, row: Row) -> Any:
         kinds = [POINTER, REFERENCES, SIZE, POINTER]
-        kinds += [] if self._prefix == "fmi2" else [SIZE] if row.type == "String" else [POINTER, SIZE]
+        kinds += [] if self._prefix != "fmi3" else [SIZE] if row.type == "String" else [POINTER, SIZE]
         return self._library.function(f"{self._prefix}{direction}{row.type}", *kinds)
 
     def read(self, instance: Any, row: Row, t: float) -> list[Text]:
@@ -34,7 +34,7 @@ class Texts:
             self._check(status, f"{self._prefix}GetBinary of {row.name!r}", t, 0.0)
             return [ctypes.string_at(block, size) if size else b"" for block, size in zip(blocks, sizes, strict=True)]
         texts = (ctypes.c_char_p * n)()
-        status = get(instance, reference, 1, texts, *(() if self._prefix == "fmi2" else (n,)))
+        status = get(instance, reference, 1, texts, *(() if self._prefix != "fmi3" else (n,)))
         self._check(status, f"{self._prefix}GetString of {row.name!r}", t, 0.0)
         return [(text or b"").decode(errors="surrogateescape") for text in texts]
 
@@ -47,7 +47,7 @@ class Texts:
             status = set_(instance, reference, 1, (SIZE * n)(*map(len, blocks)), (ctypes.c_char_p * n)(*blocks), n)
         else:
             texts = (ctypes.c_char_p * n)(*(str(value).encode(errors="surrogateescape") for value in values))
-            status = set_(instance, reference, 1, texts, *(() if self._prefix == "fmi2" else (n,)))
+            status = set_(instance, reference, 1, texts, *(() if self._prefix != "fmi3" else (n,)))
         self._check(status, f"{self._prefix}Set{row.type} of {row.name!r}", t, 0.0)
 
 

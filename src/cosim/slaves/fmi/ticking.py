@@ -18,10 +18,10 @@ from ..signal import Text, Value
 from ..tick import Tick
 from .buffers import Group
 from .clocks import Clocks, clocked
-from .description import TEXTS, Row
 from .events import EventState
 from .fmu import FmuSlave
 from .library import Library
+from .rows import TEXTS, Row
 from .signals import by_variable, carried, names
 
 EPS = float(np.finfo(float).eps)

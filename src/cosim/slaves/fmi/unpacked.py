@@ -82,7 +82,9 @@ class OpenedFmu:
         return LOGGER_2(self._formatted)
 
     def _on_message(self, environment: int | None, instance: bytes, status: int, category: bytes, message: bytes) -> None:
-        for log in [self.logs[environment or 0]] if (environment or 0) in self.logs else list(self.logs.values()):
+        every = list(self.logs.values())
+        named = [log for log in every if log.name.encode() == instance]  # FMI 1.0 says nothing else
+        for log in [self.logs[environment or 0]] if (environment or 0) in self.logs else named or every:
             log.add(status, category, message)
 
 
