@@ -24,8 +24,8 @@ def system(name: str) -> System:
     ----------
     name : str
         As `cosim list` shows it; the path of an .ssd or .ssp file ("plant.ssp#VariantB.ssd" for one of several); of a .toml
-        file that describes a system (toml_files.py); or of an .fmu, or a .toml file that describes a component, which then is all of
-        the system (single.py).
+        file that describes a system (toml_files.py); or of an .fmu, or a .toml file that describes a component, which then is
+        all of the system (single.py).
 
     Returns
     -------
