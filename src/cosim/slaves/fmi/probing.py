@@ -47,10 +47,10 @@ def kept(
     if ours(model) or not (follows or goes_back or full.counts_events):
         return full, ()
     if not opened.shareable:
-        if not follows or degree < 2:
+        if not follows:
             return full, ()
         why = "which cannot be tried, since it can be instantiated once only"
-        return replace(full, input_degree=1), (_lower(name, 1, "second input derivatives", why),)
+        return replace(full, input_degree=0), (_lower(name, 0, "input derivatives", why),)
     notes: list[str] = []
     found = full
     while True:
