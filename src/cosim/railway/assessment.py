@@ -97,7 +97,8 @@ def _wheels(names: Sequence[str], vehicle: str) -> tuple[str, ...]:
 def _pairs(names: Sequence[str], vehicle: str) -> tuple[str, ...]:
     start = f"{vehicle}."
     moving = [n[len(start) : -len(LATERAL)] for n in names if n.startswith(start) and n.endswith(LATERAL)]
-    return tuple(p for p in moving if p != "body" and f"{start}{p}{YAW}" in names)
+    wheeled = {wheel.rpartition("_")[0] for wheel in _wheels(names, vehicle)}  # not a car body, not a bogie frame
+    return tuple(p for p in moving if p in wheeled and f"{start}{p}{YAW}" in names)
 
 
 def _assessed(trajectory: Trajectory, vehicle: str, wheels: tuple[str, ...], pairs: tuple[str, ...]) -> Assessment:
