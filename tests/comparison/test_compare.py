@@ -18,7 +18,7 @@ from gyro_cosim.comparison.unit_energy import UnitEnergy
 from gyro_cosim.comparison.variants import check_period
 from gyro_cosim.component import Component, build, input_, output
 from gyro_cosim.gyro_unit.nonlinear import nonlinear_small
-from gyro_cosim.systems import catalogue
+from gyro_cosim.systems import StopWhen, catalogue
 
 HERE = str(Path(__file__))
 PLAN = system("wheel-pair").with_value("gyro.rotor_speed", "200rpm")
@@ -110,6 +110,24 @@ def test_energy_closes_for_every_variant_and_a_delay_makes_some() -> None:
 
 
 # ---- the verdict ------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_that_ends_early_is_compared_as_far_as_it_goes_and_is_no_match() -> None:
+    """As a vehicle does that derails without its unit."""
+    whole = compare(PLAN, ["nonlinear", "off"], stop=4.0, in_process=True).candidates
+    peaks = {c.label: float(np.max(c.run.trajectory["vehicle.lateral_displacement"])) for c in whole if c.run is not None}
+    assert peaks["nonlinear"] > 1.1 * peaks["off"]
+    signal = ("vehicle", "lateral_displacement")
+    stops = replace(PLAN, stop_when=(StopWhen(signal, 1.05 * peaks["off"], "off the rails"),))
+    for variants, ends in ((["nonlinear", "off"], 0), (["off", "nonlinear"], 1)):
+        result = compare(stops, variants, stop=4.0, in_process=True)
+        lengths = [len(c.run.trajectory) for c in result.candidates if c.run is not None]
+        assert lengths[ends] < lengths[1 - ends] == 4001
+        assert result.verdict is False
+        words = result.candidates[1].violations[0]
+        assert words.startswith("the runs must end together, ")
+        assert f"nonlinear at t = {result.candidates[ends].run.trajectory.t[-1]:.9g} s (" in words
+        assert "off the rails" in words
 
 
 def test_a_unit_is_as_good_as_itself_and_off_is_not() -> None:

@@ -264,3 +264,15 @@ def test_a_notebook_shows_the_page_in_a_frame_of_its_own(run):
     assert "&lt;!doctype html" in source.lower()
     assert 'sandbox="allow-scripts allow-downloads"' in shown
     assert "allow-same-origin" not in shown
+
+
+def test_a_comparison_is_a_page_of_its_first_run_with_the_others_over_it(cosim):
+    code, said, _ = cosim("compare", "wheel-pair", "--gyro", "linear", "--gyro", "off", "--stop", "0.2", "--report", "both.html")
+    assert code in (0, 1)
+    assert "wrote both.html" in said
+    text = Path("both.html").read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="report">(.*?)</script>', text, re.DOTALL).group(1))
+    assert found["called"] == "linear"
+    assert [other["name"] for other in found["others"]] == ["off"]
+    assert found["module"]["wasm"]
+    assert any("verdict:" in line for line in found["texts"][0]["lines"])

@@ -23,6 +23,7 @@ from .common import (
     chosen_system,
     finite,
     needs,
+    plain,
     progress,
     say,
     seconds,
@@ -30,6 +31,7 @@ from .common import (
     writable,
 )
 from .compare_robust import VERDICTS, prepared
+from .given import repeated
 from .provenance import origin
 from .robust import STARTS
 from .settings import Settings, read_settings
@@ -72,6 +74,9 @@ def command(
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the comparison, e.g. into a .png file")] = None,
+    report: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="write an .html page: the first runs in it, the others lie over it")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Run SYSTEM with every variant in turn and compare with the first: signals, energy, frequency response, a verdict.
@@ -89,6 +94,10 @@ def command(
     component, variants = _exchanged(chosen, component, variants or [])
     limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)
+    if report is not None:
+        from ..report import check_format
+
+        writable(report, check_format)
     for option, value in (("--starts", starts), ("--within", within), ("--seed", seed)):
         needs(option, value, "--robust", robust)
     h = seconds(step, "--step", plan.step)
@@ -111,10 +120,27 @@ def command(
         asked = again.ask(result)
         told["robust"] = again.again.document(asked)
         words += again.again.words(asked)
+    if report is not None:
+        _page(result, words, report)
     if as_json:
         told["origin"] = origin(*(c.run.system for c in result.candidates if c.run is not None)).document()
-    say(as_json, lambda: told, *words, *([f"wrote {plot}"] if plot else []))
+    say(as_json, lambda: told, *words, *(f"wrote {file}" for file in (plot, report) if file))
     return 0 if result.verdict and (again is None or asked.decidable) else 1
+
+
+def _page(result: Comparison, words: list[str | Table], file: Path) -> None:
+    """The page of the first run, with the others over it and what the command says in words."""
+    from ..report import Told, write_report
+
+    first, *others = [c for c in result.candidates if c.run is not None]
+    assert first.run is not None  # it ran, or there would be no result
+    told = Told(
+        command=repeated(),
+        texts=[("Comparison", plain(words))],
+        others={c.label: c.run.trajectory for c in others if c.run is not None},
+        called=first.label,
+    )
+    write_report(file, first.run, told)
 
 
 def _exchanged(chosen: Settings, component: str | None, variants: list[str]) -> tuple[str | None, list[str]]:

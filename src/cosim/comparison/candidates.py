@@ -14,6 +14,7 @@ from ..errors import RunError, WiringError
 from ..master import Progress, Run, macro_steps, open_network, run
 from ..network import Network
 from ..systems import System
+from ..trajectory import Trajectory
 from .difference import Difference
 from .frequency_response import Response, measure
 from .tolerances import Tolerances
@@ -222,13 +223,22 @@ def _responses(network: Network, component: str, drive: Mapping[str, float], ste
     return tuple(found)
 
 
+def _until(trajectory: Trajectory, n: int) -> Trajectory:
+    return trajectory if len(trajectory) == n else replace(trajectory, t=trajectory.t[:n], values=trajectory.values[:n])
+
+
 def _judged(component: str, reference: Candidate, own: Candidate, tolerances: Tolerances) -> Candidate:
     assert reference.run is not None
     if own.run is None or own.failure:
         return replace(own, violations=(own.failure,))
-    found, broken = judge(reference.run.trajectory, own.run.trajectory, tolerances)
+    n = min(len(reference.run.trajectory), len(own.run.trajectory))  # one may have ended early, as a derailed vehicle does
+    found, broken = judge(_until(reference.run.trajectory, n), _until(own.run.trajectory, n), tolerances)
     if own is reference:
         return replace(own, differences=found)
+    if len(reference.run.trajectory) != len(own.run.trajectory):
+        ends = [f"{c.label} at t = {c.run.trajectory.t[-1]:.9g} s{c.run.ended_by and f' ({c.run.ended_by})'}"
+                for c in (own, reference) if c.run is not None]  # fmt: skip
+        broken.insert(0, f"the runs must end together, {' and '.join(ends)}: compared as far as both go")
     if tolerances.created is not None:
         for energy in own.energies:
             if energy.share is not None and not energy.share <= tolerances.created:

@@ -3,7 +3,7 @@
 import hashlib
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,12 @@ class Told:
         Macro steps between recorded rows.
     notes : sequence of str
         What a reader must know before he believes the numbers.
+    texts : sequence of (str, sequence of str)
+        More of what came out, in words: a title and lines.
+    others : mapping of str to Trajectory
+        Runs that lie over this one, by what they are called.
+    called : str
+        What this one is called beside them.
     variants : sequence of str, optional
         Of the component that people exchange in the system, those that the page's menu offers; None for all that fit.
     progress : callable, optional
@@ -46,6 +52,9 @@ class Told:
     record_every: int = 1
     prefer: Sequence[str] = ()
     notes: Sequence[str] = ()
+    texts: Sequence[tuple[str, Sequence[str]]] = ()
+    others: Mapping[str, Trajectory] = field(default_factory=dict)
+    called: str = ""
     variants: Sequence[str] | None = ()
     progress: Callable[[int, int], Any] | None = None
 
@@ -83,6 +92,9 @@ def document(run: Run, told: Told) -> dict[str, Any]:
         "hashes": hashes(system),
         "verdicts": list(told.lines),
         "certificate": list(told.certificate),
+        "texts": [{"title": title, "lines": list(lines)} for title, lines in told.texts],
+        "others": [{"name": name, "signals": signals.document(run)} for name, run in told.others.items()],
+        "called": told.called,
         "notes": [*told.notes, *([run.coupling_warning] if run.coupling_warning else [])],
         "bonds": [
             {"name": b.name, "residual": b.residual, "exchanged": b.exchanged, "share": b.share, "peak": b.peak_power}

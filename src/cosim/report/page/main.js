@@ -41,7 +41,7 @@ async function fill() {
     const distance = scene && stored.names.includes(scene.track.distance) ? scene.track.distance : null;
     let moving = null;
     const others = await Promise.all((report.others ?? []).map(async (other) => ({ name: other.name, run: await unpacked(other.signals) })));
-    const plots = new Plots(stored, { prefer: report.prefer ?? [], distance, called: others.length ? report.title : "stored", others, onTime: (time) => moving?.go(time) });
+    const plots = new Plots(stored, { prefer: report.prefer ?? [], distance, called: report.called || (others.length ? report.title : "stored"), others, onTime: (time) => moving?.go(time) });
     if (scene) {
       const place = section("motion", "See it move");
       main.append(place);
@@ -69,6 +69,7 @@ function verdicts() {
   for (const line of report.verdicts) parts.push(element("p", { class: "verdict" }, line));
   for (const line of report.notes) parts.push(element("p", { class: "notice" }, line));
   if (report.certificate.length) parts.push(element("h3", {}, "Estimated coupling error"), element("pre", { tabindex: "0" }, report.certificate.join("\n")));
+  for (const { title, lines } of report.texts ?? []) parts.push(element("h3", {}, title), element("pre", { tabindex: "0" }, lines.join("\n")));
   if (report.bonds.length) {
     const rows = report.bonds.map((b) => [b.name, shown(b.residual), shown(b.exchanged), shown(b.share), shown(b.peak)]);
     parts.push(table("Energy of the coupling, by bond", ["bond", "residual in J", "exchanged in J", "share", "peak in W"], rows, [1, 2, 3, 4]));
