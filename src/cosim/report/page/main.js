@@ -49,6 +49,7 @@ async function fill() {
         const { Moving } = await import("./scene.js");
         moving = new Moving(scene, stored, (time) => plots.show(time));
         place.append(moving.element);
+        if (others.length) moving.overlay(others[0].run); // as a ghost, until the page has a run of its own
       } catch (error) {
         place.append(element("p", { class: "notice" }, `The moving picture needs WebGL, which is not at hand (${error}). The plots below show the same run.`));
       }
