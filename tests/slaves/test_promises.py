@@ -192,6 +192,14 @@ def test_what_a_process_can_hold_once_only_runs_beside_others_in_their_own(tmp_p
     assert any("'a' does not take input derivatives (which cannot be tried" in note for note in run.notes)
 
 
+def test_what_a_trial_leaves_behind_is_not_met_by_the_run(tmp_path: Path) -> None:
+    """This FMU cannot be instantiated a second time, and does not say so; the trial has a library of its own."""
+    file = vendor_fmus.vendor2(tmp_path, flags="-DONCE")
+    run = ran(System("s", (SystemComponent("a", str(file), {"start": 1.0}),), ()), Jacobi(2))
+    assert run.notes == ()
+    assert run.trajectory["a.y"][-1] == 1.0
+
+
 def test_a_missing_licence_is_told_in_the_vendors_words(tmp_path: Path) -> None:
     file = vendor_fmus.vendor2(tmp_path, flags="-DLICENCE", needsExecutionTool="true")
     with pytest.raises(SlaveError) as caught:

@@ -1,8 +1,9 @@
 """What an FMU promises and does not keep, found before the run on an instance of its own.
 
 FMI's flags say too little: none says up to which order an FMU takes derivatives of its inputs, and some FMUs answer with an
-error where their flags say that they can. After an error an instance is lost, so it must not be the one that runs. FMUs of our
-own export are believed; so is what the run does not use.
+error where their flags say that they can. After an error an instance is lost, so it must not be the one that runs; nor may it
+share anything with that, so its library is loaded from a copy of its own. FMUs of our own export are believed; so is what the run
+does not use.
 """
 
 from __future__ import annotations
@@ -106,7 +107,8 @@ def _lost(
     values: Mapping[str, Value], t: float, stop: float,
 ) -> tuple[str, str] | None:  # fmt: skip
     """What an instance that is like `slave`, but of this `description`, fails in ("events": in starting), and how; else None."""
-    other = type(slave)(slave.name, opened.take(), slave.given)
+    own = OpenedFmu(opened.location, opened.model.interface)  # some FMUs keep what a freed instance has left behind
+    other = type(slave)(slave.name, own.take(), slave.given)
     what = "events"
     try:
         other.like(slave, description)
