@@ -17,12 +17,15 @@ BLOCKS = re.findall(r"```(\w+)\n(.*?)```", README, flags=re.DOTALL)
 COMMANDS = [
     line.partition("#")[0] for kind, text in BLOCKS if kind == "sh" for line in text.splitlines() if line.startswith("cosim")
 ]
+LONG = re.compile("cosim paper|--vehicle wheelset")  # tests/cli draws all of the paper; another vehicle is compiled first
 VARIANT = next(text for kind, text in BLOCKS if kind == "python" and text.startswith("# my_gyro.py"))
 
 
 @pytest.mark.parametrize(
     "command",
-    [pytest.param(c, marks=pytest.mark.slow) if "cosim paper" in c else c for c in COMMANDS],  # tests/cli draws all of the paper
+    [
+        pytest.param(c, marks=pytest.mark.slow) if "cosim paper" in c or "--vehicle wheelset" in c else c for c in COMMANDS
+    ],  # tests/cli draws all of the paper
 )
 def test_commands_work_as_written(command: str, cosim: Callable[..., Any]) -> None:
     Path("my_gyro.py").write_text(VARIANT)

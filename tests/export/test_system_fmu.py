@@ -142,7 +142,9 @@ def exported(plan: System, versions: Sequence[str], folder: Path) -> System:
     return replace(plan, components=tuple(components))
 
 
-@pytest.mark.parametrize("versions", [("2", "2"), ("3", "3"), ("2", "3"), ("", "3")], ids="-".join)
+@pytest.mark.parametrize("versions", [
+    ("2", "2"), pytest.param(("3", "3"), marks=pytest.mark.slow), ("2", "3"), pytest.param(("", "3"), marks=pytest.mark.slow),
+])  # fmt: skip
 def test_carried_fmus_give_the_same_bits(versions: Sequence[str], tmp_path: Path) -> None:
     """FMI 2.0 and 3.0, the latter asking for its inputs within a step; in a folder whose name a URI has to quote."""
     plan = exported(oscillators.pair(cubic=3.0), versions, tmp_path)

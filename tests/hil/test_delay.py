@@ -47,9 +47,7 @@ def test_the_sampled_linear_model_is_the_run(degree: int, delay: float) -> None:
     assert (np.abs(model - values)[:, rows].max(axis=0) < (1e-7 if degree == 0 else 2e-2) * size).all()
 
 
-@pytest.mark.parametrize(
-    "name", ["none", "nepce", *(pytest.param(n, marks=pytest.mark.slow) for n in COMPENSATORS if n not in ("none", "nepce"))]
-)
+@pytest.mark.parametrize("name", ["none", *(pytest.param(n, marks=pytest.mark.slow) for n in COMPENSATORS if n != "none")])
 def test_eigenvalues_and_runs_agree_on_the_largest_stable_delay(name: str) -> None:
     setting = replace(SETTING, remedy=remedy(name))
     a, b = by_eigenvalues(setting), by_runs(setting)
@@ -73,7 +71,7 @@ def test_course_and_runs_agree_on_the_largest_delay_within_tolerances() -> None:
         pytest.param("quadratic", 1.3, 2.5, marks=pytest.mark.slow),
         pytest.param("nepce", 1.3, 1.3, marks=pytest.mark.slow),
         ("model:linear", 4.0, 4.0),
-        ("passivity", 4.0, 0.8),
+        pytest.param("passivity", 4.0, 0.8, marks=pytest.mark.slow),
     ],
 )
 def test_compensation_enlarges_the_admissible_delay(name: str, stable: float, kept: float) -> None:

@@ -234,6 +234,7 @@ def test_figures_are_drawn(tmp_path: Path) -> None:
     assert figures.save(sensitivity_figures.correlations(found), tmp_path / "b.png").stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_a_study_that_is_stopped_goes_on_and_repeats_nothing(tmp_path: Path) -> None:
     study, file = Study(PAIR, 3, 1), tmp_path / "a.csv"
 

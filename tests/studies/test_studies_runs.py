@@ -57,7 +57,8 @@ def same(found: Any, norm: Any) -> None:
 
 
 @pytest.mark.parametrize("study", [
-    pytest.param("derailment_map", marks=pytest.mark.slow), "safe_speed", "gyro_cost", "stability_law",
+    pytest.param("derailment_map", marks=pytest.mark.slow), "safe_speed",
+    pytest.param("gyro_cost", marks=pytest.mark.slow), "stability_law",
     pytest.param("comfort", marks=pytest.mark.slow),  # it builds the FMU with 192 harmonics first
 ])  # fmt: skip
 def test_the_short_study_meets_its_norms(short: Callable[[str], dict[str, Any]], study: str) -> None:

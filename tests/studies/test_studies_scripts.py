@@ -55,7 +55,15 @@ def compare(found: Any, stored: Any, where: str) -> None:
         assert found == stored, where
 
 
-@pytest.mark.parametrize("name", ["root_locus", "stability_map", "critical_speed", "solid_axle", "optimum"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(pytest.param(n, marks=pytest.mark.slow) for n in ("root_locus", "critical_speed")),
+        "stability_map",
+        "solid_axle",
+        "optimum",
+    ],
+)
 def test_study_meets_its_norms(name: str, short: Callable[[str], dict[str, Any]]) -> None:
     stored = json.loads((Path(__file__).parent / "norms" / f"{name}.json").read_text())
     assert stored.pop("command") == f"python studies/{name}.py --short"
