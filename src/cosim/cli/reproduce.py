@@ -18,11 +18,12 @@ from ..trajectory.sameness import Difference, first_difference
 from .common import AsJson, say, tell
 from .provenance import hash_of_file, hash_of_source, versions
 
+INNER = "--integrator-steps"
 # Options of `run` that decide on no number of its results, with how many words belong to each besides.
 WITHOUT_EFFECT = {
     "--output": 1, "--plot": 1, "--checkpoint": 1, "--every": 1, "--resume": 1, "--json": 0, "--realtime": 0, "--overrun": 1,
     "--priority": 1, "--reference": 1, "--tolerance-band": 1, "--certify": 0, "--robust": 0, "--starts": 1, "--within": 1,
-    "--report": 1, "--report-variants": 1, "--seed": 1, "--integrator-steps": 1,
+    "--report": 1, "--report-variants": 1, "--seed": 1, INNER: 1,
 }  # fmt: skip
 
 
@@ -60,6 +61,8 @@ class Made:
         Where the command ran.
     changed : tuple of str
         What is not as it was then, a line each.
+    component : str
+        Whose integrator's steps the file holds; empty: the results of the run.
     """
 
     file: Path
@@ -67,6 +70,7 @@ class Made:
     arguments: tuple[str, ...]
     folder: Path
     changed: tuple[str, ...]
+    component: str = ""
 
     @classmethod
     def of(cls, file: Path) -> "Made":
@@ -81,13 +85,15 @@ class Made:
         folder = (file.resolve().parent / origin.folder).resolve()
         if not folder.is_dir():
             raise ValueError(f"{str(file)!r}: the folder where its command ran must exist, {str(folder)!r} does not")
-        return cls(file, results, (*_deciding(origin.command),), folder, (*_changed(origin, folder),))
+        component = _component_of(origin.command, folder, file)
+        return cls(file, results, (*_deciding(origin.command),), folder, (*_changed(origin, folder),), component)
 
     def again(self, *more: str) -> Trajectory:
         """The results of the command, run in a process of its own with `more` options, in a file of the same format."""
         with tempfile.TemporaryDirectory(prefix="cosim-reproduce-") as scratch:
             result = Path(scratch) / f"again{self.file.suffix}"
-            call = [sys.executable, "-P", "-m", "gyro_cosim", *self.arguments, "--output", str(result), *more]
+            wanted = [INNER, f"{self.component}={result}"] if self.component else ["--output", str(result)]
+            call = [sys.executable, "-P", "-m", "gyro_cosim", *self.arguments, *wanted, *more]
             done = subprocess.run(call, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=None, env=os.environ, check=False)
             if not result.is_file():
                 raise RunError(f"the command must give results again, it left with exit code {done.returncode} and none")
@@ -145,3 +151,13 @@ def _changed_files(hashes: Mapping[str, str]) -> Iterator[str]:
             continue
         if present != digest:
             yield f"{name} has changed"
+
+
+def _component_of(command: Sequence[str], folder: Path, file: Path) -> str:
+    """The component whose --integrator-steps went into the file; empty where the file holds the results."""
+    for option, equals, more in (word.partition("=") for word in command):
+        if option == INNER and equals:  # --integrator-steps=COMPONENT=FILE
+            option, _, more = more.partition("=")
+        if more and (folder / more).resolve() == file.resolve():
+            return "" if option == "--output" else option
+    return ""

@@ -105,9 +105,9 @@ class Files:
         for file in self.outputs:
             place = self._places[file]
             if place == streamed:
-                trajectory.tell_origin(place, results, self._seen_from(place))
+                trajectory.tell_origin(place, results, self.seen_from(place))
             else:
-                results.save(place, self._seen_from(place))
+                results.save(place, self.seen_from(place))
         return list(self.outputs)
 
     def page(self, run: Run, found: Sequence[Assessed], certificate: Sequence[str | Table], every: int) -> list[Path]:
@@ -132,7 +132,7 @@ class Files:
             write_report(self._places[self.report], run, replace(told, progress=show))
         return [self.report]
 
-    def _seen_from(self, place: Path) -> Origin | None:
+    def seen_from(self, place: Path) -> Origin | None:
         """The origin, with the folder where the command runs as the file's own folder sees it."""
         if self.origin is None:
             return None

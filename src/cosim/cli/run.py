@@ -9,7 +9,6 @@ import typer
 
 from ..coupling import algorithm
 from ..errors import RunError
-from ..hil.realtime import Pacer
 from ..keeping.last_word import LastWord
 from ..master import Options, macro_steps, open_network
 from ..master import run as run_network
@@ -35,13 +34,15 @@ from .common import (
     say,
     seconds,
 )
+from .integrator_steps import followed, parsed
 from .kept import closing
 from .provenance import origin
 from .reference import driven, read_reference_option
 from .rescue import Rescue
 from .results import Files
 from .robust import STARTS, Conditions, prepared
-from .settings import assignment, words
+from .run_options import one_of, pacer_of, substeps_of
+from .settings import words
 from .summary import document, summary_lines
 from .trust import certainty, certainty_document, certainty_words
 
@@ -108,6 +109,12 @@ def command(
     select: Annotated[
         list[str] | None, typer.Option(metavar="PATTERN", help="record these signals only; * and ? are wild: 'gyro.*'")
     ] = None,
+    inner: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--integrator-steps", metavar="COMPONENT=FILE", help="write each step of this FMU's own integrator to a file, too"
+        ),
+    ] = None,
     record_every: Annotated[int, typer.Option(metavar="N", help="record every N-th macro step")] = 1,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw the results, e.g. into a .png file")] = None,
     report: Annotated[
@@ -159,8 +166,8 @@ def command(
         raise ValueError(f"--loops must be solve or refuse, got {loops!r}")
     if isolate and in_process and not any(component.source.endswith(".fmu") for component in plan.components):
         raise ValueError("--isolate has no effect with --in-process where no component is an FMU file")
-    _one_of("--estimate", estimate, ("doubling", "energy"))
-    _one_of("--overrun", overrun, ("count", "skip", "stop"))
+    one_of("--estimate", estimate, ("doubling", "energy"))
+    one_of("--overrun", overrun, ("count", "skip", "stop"))
     if priority is not None and not 1 <= priority <= 99:
         raise ValueError(f"--priority must be 1 to 99, got {priority}")
     interval = seconds(every, "--every", 10.0)
@@ -175,20 +182,24 @@ def command(
         needs(option, value, "--robust", robust)
     if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
-    own = (*(output or ()), *filter(None, [plot, checkpoint, resume]))
-    where_from = origin(plan, written=own) if output or as_json else None
+    inner_files = parsed(inner or (), output or ())
+    own = (*(output or ()), *inner_files.values(), *filter(None, [plot, report, checkpoint, resume]))
+    where_from = origin(plan, written=own) if output or inner_files or as_json else None
     files = Files(tuple(output or ()), plot, where_from, report, offered or "all")
     files.check()
+    if inner and (checkpoint is not None or resume is not None):
+        raise ValueError("--integrator-steps needs the whole run, it has no effect with --checkpoint or --resume")
     how: Any = None if adaptive is None else Adaptive(adaptive, estimate or "doubling")  # type: ignore[arg-type]
-    pacer = _pacer(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
+    pacer = pacer_of(h, steps, overrun or "count", priority or 0, adaptive) if realtime else None
     failure: RunError | None = None
     rescue = Rescue(files)
     with (
-        in_use(files.all + (() if checkpoint is None else (checkpoint,))),
+        in_use((*files.all, *inner_files.values(), *filter(None, [checkpoint]))),
         LastWord(rescue.word),
-        open_network(plan, in_process=in_process, isolate=isolate, substeps=_substeps(substeps)) as network,
+        open_network(plan, in_process=in_process, isolate=isolate, substeps=substeps_of(substeps)) as network,
         closing(),
     ):
+        told_steps = followed(inner_files, network)
         if loops == "refuse":
             network.refuse_loops()
         again = (
@@ -220,6 +231,7 @@ def command(
                 failure, run = error, error.partial
         found = assessed(run.trajectory)
         written = files.write(run, found, record.stream)  # first of all: what follows may be the end of the process
+        written += [one.write(files.seen_from(one.place)) for one in told_steps]
         rescue.written()
         if failure is not None:
             for file in written:
@@ -235,7 +247,7 @@ def command(
             told["origin"] = where_from.document()
         lines = summary_lines(run, in_process, found) + sure
         if again is not None:
-            how_ran = Conditions(chosen, begin, end, in_process, isolate, _substeps(substeps), record_every)
+            how_ran = Conditions(chosen, begin, end, in_process, isolate, substeps_of(substeps), record_every)
             asked = again.ask(run, found, how_ran)
             told["robust"] = again.document(asked)
             lines += again.words(asked)
@@ -254,26 +266,3 @@ def command(
         turned = again is not None and not asked.decidable
         turned = turned or (against is not None and not judgement.verdict)
         return 0 if run.status in ("done", "ended") and not known.failure and not turned else 1
-
-
-def _pacer(step: float, steps: int, overrun: str, priority: int, adaptive: float | None) -> Pacer:
-    """What --realtime, --overrun and --priority ask for."""
-    if adaptive is not None:
-        raise ValueError("--realtime needs an even macro step, not --adaptive")
-    return Pacer(step, steps=steps, overrun=overrun, priority=priority)  # type: ignore[arg-type]
-
-
-def _one_of(option: str, given: str | None, known: tuple[str, ...]) -> None:
-    """Refuse a misspelt value, whether the option has an effect or not."""
-    if given is not None and given not in known:
-        raise ValueError(f"{option} must be one of {', '.join(known)}, got {given!r}")
-
-
-def _substeps(given: list[str] | None) -> dict[str, int]:
-    rule, numbers = "--substeps must be COMPONENT=N", {}
-    for text in given or ():
-        name, number = assignment(text, rule)
-        if not number.isdecimal():
-            raise ValueError(f"{rule}, got {text!r}")
-        numbers[name] = int(number)
-    return numbers

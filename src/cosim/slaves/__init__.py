@@ -1,6 +1,7 @@
 """Slaves: components between communication points. The master cannot tell one kind from another.
 
 base            the interface, with the order of calls; description, signal: the values in it
+inner_steps     the steps of a slave's own integrator, where somebody asks for them
 opening         from a source to a slave
 in_process      a component of this process
 fmi/            FMUs
@@ -23,11 +24,13 @@ from .base import (
     tunable,
 )  # fmt: skip
 from .description import SlaveDescription
+from .inner_steps import InnerSteps, inner_steps
 from .opening import open_fmu, open_slave
 from .signal import Signal, Text, Value
 from .tick import Tick
 
 __all__ = [
-    "Clocked", "Counts", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text", "Tick",
-    "Value", "clocked", "counts", "linearisation", "open_fmu", "open_slave", "restorable", "serializable", "texting", "tunable",
+    "Clocked", "Counts", "InnerSteps", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text",
+    "Tick", "Value", "clocked", "counts", "inner_steps", "linearisation", "open_fmu", "open_slave", "restorable", "serializable",
+    "texting", "tunable",
 ]  # fmt: skip

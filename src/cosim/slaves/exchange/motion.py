@@ -55,7 +55,11 @@ class Motion:
         To be kept, and put back by back().
     x : ndarray, shape (n_x,)
         The continuous states at the time reached.
+    reached : callable or None
+        To be called with the time (s) after each step of the integrator, and after each event.
     """
+
+    reached: Callable[[float], None] | None = None
 
     def __init__(
         self, fmu: FmuSlave, calls: Functions, inputs: Inputs, ticking: Ticking, tolerance: float, t: float,
@@ -150,10 +154,14 @@ class Motion:
             else:
                 now, happens = self._advance(now, due if due <= end + close else end)
                 happens = self._arrive(now, h) or happens or due <= now
+                if self.reached is not None:
+                    self.reached(now)
                 steps += 1
             if happens:
                 s = now - t
                 self._event(U[0] + s * (U[1] + s / 2 * U[2]), now, h)
+                if self.reached is not None:
+                    self.reached(now)
             stuck = 0 if now > before + close else stuck + 1
             if self.known.note.ends and end - now > close:
                 raise EndRequest(self._fmu.name, now)

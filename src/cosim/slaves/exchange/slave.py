@@ -12,7 +12,8 @@ from ..fmi.events import EventState, without_memory
 from ..fmi.fmu import FmuSlave
 from ..fmi.log import Log
 from ..fmi.ticking import Ticking, expecting
-from ..signal import Text, Value
+from ..inner_steps import Following, InnerSteps
+from ..signal import Signal, Text, Value
 from ..tick import Tick
 from ..usage import Usage
 from .functions import Functions
@@ -22,7 +23,7 @@ from .motion import Known, Motion
 TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 
 
-class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clocked):
+class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clocked, Following):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
     tolerance : relative, of the integration, to be set before begin(); the run's, else that of the FMU's DefaultExperiment, else
@@ -36,6 +37,7 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
         self.tolerance = tolerance or fmu.tolerance or TOLERANCE
         self._describe()
         self._motion: Motion | None = None
+        self._inner: InnerSteps | None = None
         self._t = 0.0
         self._u: np.ndarray | None = None  # until it moves, as the note is
         self._note = EventState()
@@ -81,6 +83,9 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
         self._fmu.finish()
         parts = self._fmu, self._calls, self._inputs, self._ticking
         self._motion = Motion(*parts, self.tolerance, self._t, self._u, self._note)
+        if self._inner is not None:
+            self._inner.go_back()
+            self._motion.reached = self._tell
 
     def output(self, u: np.ndarray, t: float) -> np.ndarray:
         if self._motion is None:  # in initialization mode
@@ -145,16 +150,32 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
             self._motion.close()
             self._motion = None
 
+    # ---- steps of the integrator
+
+    @property
+    def inner_signals(self) -> tuple[Signal, ...]:
+        return self.outputs
+
+    def follow(self) -> InnerSteps:
+        self._inner = InnerSteps(self.outputs)
+        return self._inner
+
+    def _tell(self, t: float) -> None:
+        if self._inner is not None:
+            self._inner.add(t, self._fmu.output(np.empty(0), t).tolist())
+
     # ---- states
 
     def save(self) -> Any:
         motion = self._moving
         motion.fresh = True
         held = (self._t, motion.x.copy()) if self._by_states else self._fmu.save()
-        return held, motion.known, self._t
+        return held, motion.known, self._t, None if self._inner is None else self._inner.mark()
 
     def restore(self, snapshot: Any) -> None:
-        held, known, self._t = snapshot
+        held, known, self._t, mark = snapshot
+        if self._inner is not None:
+            self._inner.go_back(mark)
         if self._by_states:
             self._moving.put_back(*held)
         else:

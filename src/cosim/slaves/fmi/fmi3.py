@@ -19,19 +19,18 @@ from ..signal import Text, Value
 from ..tick import Tick
 from . import events
 from .buffers import present, references
-from .fmu import FmuSlave
 from .instantiation import Instantiation
-from .intermediate_update import IntermediateInputs, asked_for
 from .library import POINTER, REFERENCES, SIZE, STATUS, Library
 from .raw import RawFmu
 from .ticking import Ticking, expecting
+from .told_steps import SteppingFmu
 
 BEYOND = 1e-3  # of a step, by which an FMU may be beyond its end by its own account
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
 
-class Fmi3Slave(FmuSlave, Clocked):
+class Fmi3Slave(SteppingFmu, Clocked):
     """Inputs of higher degree reach it by intermediate update, where it asks for them."""
 
     types: ClassVar = {
@@ -42,7 +41,7 @@ class Fmi3Slave(FmuSlave, Clocked):
 
     def _bind_version(self, library: Library) -> None:
         function, double, boolean = library.function, ctypes.c_double, ctypes.c_bool
-        self._answers = IntermediateInputs(library, asked_for(self.model))
+        self._bind_intermediate(library)
         self._smooth = np.flatnonzero([s.smooth for s in self.inputs])
         self._instances = Instantiation(self._opened, self.log.add)
         if not self.model.exchanged:
@@ -81,6 +80,7 @@ class Fmi3Slave(FmuSlave, Clocked):
         return self._instances.instance(self.name, self._answers, with_events=self._event_mode is not None)
 
     def _enter_initialization(self, t: float, stop: float) -> None:
+        self._forget_steps()
         given = (False, 0.0) if self.tolerance is None else (True, self.tolerance)
         self.check(self._enter(self._instance, *given, t, self.usage.ends, stop), "fmi3EnterInitializationMode", t, 0.0)
 
@@ -263,7 +263,7 @@ class Fmi3Slave(FmuSlave, Clocked):
         groups = (*self._input_groups, *self._output_groups)
         if self.model.exchanged or any(g.label != "fmi3SetFloat64" or any(row.size != 1 for row in g.rows) for g in groups):
             return None
-        if self._event_mode is not None and (self._discrete.size or self.by_clock):
+        if self._inner is not None or (self._event_mode is not None and (self._discrete.size or self.by_clock)):
             return None
         none, address = np.zeros(2 * self._u.size, dtype=np.uint32), self.library.address
         return RawFmu(

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-from .intermediate_update import IntermediateInputs
+from .intermediate_update import Intermediate
 from .library import POINTER, REFERENCES, SIZE
 from .unpacked import OpenedFmu
 
@@ -29,7 +29,7 @@ class Instantiation:
                 result=POINTER,
             )  # fmt: skip
 
-    def instance(self, name: str, answers: IntermediateInputs, *, with_events: bool) -> Any:
+    def instance(self, name: str, answers: Intermediate, *, with_events: bool) -> Any:
         """A new one, or None. answers : to what it asks within a step. with_events : event mode and early return are allowed."""
         begin = name.encode(), *self._begin
         if self._exchanged:

@@ -1,7 +1,7 @@
-"""Inputs of higher degree for FMI 3.0 FMUs: by intermediate update the FMU asks, within a step, for its inputs at a time."""
+"""Intermediate update of FMI 3.0 FMUs: within a step the FMU asks for its inputs at a time, and tells how far it has come."""
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,22 +24,35 @@ def asked_for(description: Description) -> Sequence[Row]:
     return smooth if offered and description.can("providesIntermediateUpdate") else ()
 
 
-class IntermediateInputs:
-    """What an FMU that asks for `rows` is answered, from the input polynomial of the step.
+def told_of(description: Description) -> list[Row]:
+    """The outputs that the FMU tells at the end of each step of its integrator."""
+    able = description.can("providesIntermediateUpdate") and not description.exchanged
+    return [r for r in description.rows if able and r.causality == "output" and r.type == "Float64" and r.intermediate]
 
-    references, count : of the inputs, for instantiation; callback : its intermediateUpdate, None where it asks for nothing.
-    status : the worst that setting an answer has had in this step.
+
+class Intermediate:
+    """What an FMU that asks for `rows` is answered, from the input polynomial of the step, and what it tells of `told`.
+
+    references, count : of both, for instantiation; callback : its intermediateUpdate, None where there is neither.
+    status : the worst that setting an answer, or reading what is told, has had in this step.
+    hear : called with a time (s) and the values of `told` at the end of each step of the integrator.
     """
 
-    def __init__(self, library: Library, rows: Sequence[Row]) -> None:
-        self.count = len(rows)
-        self.references = (ctypes.c_uint * self.count)(*(r.reference for r in rows))
+    def __init__(
+        self, library: Library, rows: Sequence[Row], told: Sequence[Row] = (),
+        hear: Callable[[float, Sequence[float]], None] | None = None,
+    ) -> None:  # fmt: skip
+        self.count, self._asked, self._told = len(rows) + len(told), len(rows), len(told)
+        self.references = (ctypes.c_uint * self.count)(*(r.reference for r in (*rows, *told)))
+        self._told_references = (ctypes.c_uint * self._told)(*(r.reference for r in told))
+        self._values, self._hear = (ctypes.c_double * sum(r.size for r in told))(), hear
         self.status = 0
         self._value = (ctypes.c_double * sum(r.size for r in rows))()
         self._polynomial: list[tuple[float, float, float]] = []  # value, slope, half the curvature; empty where constant
         self._origin, self._instance = 0.0, None
         self._set = library.function("fmi3SetFloat64", POINTER, REFERENCES, SIZE, POINTER, SIZE)
-        self.callback = _UPDATE(self._on_update) if rows else None
+        self._get = library.function("fmi3GetFloat64", POINTER, REFERENCES, SIZE, POINTER, SIZE)
+        self.callback = _UPDATE(self._on_update) if rows or hear is not None else None
 
     def begin(self, instance: Any, U: np.ndarray, t: float) -> None:
         """A step of `instance` from t (s) with the polynomial U, shape (3, size of the rows), follows."""
@@ -55,5 +68,9 @@ class IntermediateInputs:
         if set_requested and self._polynomial:
             s = time - self._origin
             self._value[:] = [u0 + s * (u1 + s * u2) for u0, u1, u2 in self._polynomial]
-            status = self._set(self._instance, self.references, self.count, self._value, len(self._value))
+            status = self._set(self._instance, self.references, self._asked, self._value, len(self._value))
             self.status = max(self.status, status)
+        if step_finished and get_allowed and self._hear is not None:
+            status = self._get(self._instance, self._told_references, self._told, self._values, len(self._values))
+            self.status = max(self.status, status)
+            self._hear(time, self._values[:])
