@@ -7,7 +7,7 @@ from pathlib import Path
 from .. import trajectory
 from ..errors import unknown
 from ..network import Network
-from ..slaves import InnerSteps, inner_steps
+from ..slaves import InnerSteps, steps_of
 from ..trajectory import Origin, Trajectory
 from .common import writable
 from .settings import assignment
@@ -64,7 +64,7 @@ def followed(files: dict[str, Path], network: Network) -> list[Told]:
     for name, file in files.items():
         if name not in slaves:
             raise unknown("component to tell its steps:", name, slaves)
-        steps = inner_steps(slaves[name])
+        steps = steps_of(slaves[name])
         if steps is None:
             raise ValueError(
                 f"--integrator-steps: component {name!r} must be an FMU for Model Exchange, or one of FMI 3.0 that provides "

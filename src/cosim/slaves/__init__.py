@@ -24,13 +24,32 @@ from .base import (
     tunable,
 )  # fmt: skip
 from .description import SlaveDescription
-from .inner_steps import InnerSteps, inner_steps
+from .inner_steps import InnerSteps, steps_of
 from .opening import open_fmu, open_slave
 from .signal import Signal, Text, Value
 from .tick import Tick
 
 __all__ = [
-    "Clocked", "Counts", "InnerSteps", "Restorable", "Serializable", "Signal", "Slave", "SlaveDescription", "StateSpace", "Text",
-    "Tick", "Value", "clocked", "counts", "inner_steps", "linearisation", "open_fmu", "open_slave", "restorable", "serializable",
-    "texting", "tunable",
+    "Clocked",
+    "Counts",
+    "InnerSteps",
+    "Restorable",
+    "Serializable",
+    "Signal",
+    "Slave",
+    "SlaveDescription",
+    "StateSpace",
+    "Text",
+    "Tick",
+    "Value",
+    "clocked",
+    "counts",
+    "linearisation",
+    "open_fmu",
+    "open_slave",
+    "restorable",
+    "serializable",
+    "steps_of",
+    "texting",
+    "tunable",
 ]  # fmt: skip

@@ -44,7 +44,7 @@ class InnerSteps:
 
 
 class Following(ABC):
-    """A slave that may tell the steps of its own integrator; ask with inner_signals()."""
+    """A slave that may tell the steps of its own integrator; ask with steps_of()."""
 
     @property
     @abstractmethod
@@ -56,6 +56,6 @@ class Following(ABC):
         """Tell them from the next begin() on; what it gives is filled as the run goes on, and emptied by begin()."""
 
 
-def inner_steps(slave: object) -> InnerSteps | None:
+def steps_of(slave: object) -> InnerSteps | None:
     """The steps of the integrator of `slave`, to be told from its next begin() on; None where it does not tell them."""
     return slave.follow() if isinstance(slave, Following) and slave.inner_signals else None
