@@ -25,6 +25,7 @@ from .script import Happened, Script
 from .state import RunState
 from .time_grid import TimeGrid
 from .usage import told
+from .visiting import Visitor, changed
 from .ways import MOST_POINTS, Adapting, Along, Inner, Plain, Rows, Way
 
 _log = logging.getLogger(__name__)
@@ -49,6 +50,8 @@ class Options:
         machine already, or the run is long enough to pay for that.
     points : ndarray, shape (n + 1,), optional
         Communication points, s, from the start to the stop time, in the place of even ones: to do a run again in other steps.
+    visitor : Visitor, optional
+        Who looks at the run as it goes on.
     """
 
     record: Recording = field(default_factory=Recording)
@@ -57,6 +60,7 @@ class Options:
     resume: Resume | None = None
     compiled: bool | None = None
     points: np.ndarray | None = None
+    visitor: Visitor | None = None
 
     def __post_init__(self) -> None:
         if self.points is not None and self.adaptive is not None:
@@ -116,10 +120,15 @@ class Stepper:
             until = None if self._script is None else self._script.next_jump
             self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows, until)
         self._inner: Inner | None = None
+        self._altered = False  # by the visitor
 
     def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
         """Step to the end. SlaveError, ConvergenceError: `state` is then that of the last good point."""
         shown, saved = time.perf_counter(), self.state.history.t[0]
+        visitor = self._options.visitor
+        if visitor is not None:
+            visitor.saw(self.state.done, np.array([saved]), self.state.history.Y[0][None, self._recorder.columns])
+            visitor.ready()
         while not self.over:
             way = self.way(paced=before_step is not None)
             if before_step is not None:
@@ -137,10 +146,16 @@ class Stepper:
 
     def took(self, way: Way, state: RunState, failure: BaseException | None = None) -> None:
         """The steps that `way` has done from the state lead to `state`; raises the failure that stopped them."""
+        visitor, rows, n = self._options.visitor, self._rows, state.done - self.state.done
         self.state = state
         self._watch()
+        if visitor is not None and n:
+            new = slice(rows.newest + 1 - n, rows.newest + 1)
+            visitor.saw(state.done + 1 - n, rows.t[new], rows.Y[new][:, self._recorder.columns])
         if self._script is not None and failure is None and not self.over:
             self._let_happen(self._script)
+        if visitor is not None and failure is None and not self.over and rows.count:
+            self._receive(visitor)
         if way is self._inner or self._rows.room < MOST_POINTS:
             self.hand_over()
         if failure is not None:
@@ -176,16 +191,27 @@ class Stepper:
             )
         if self._rows.count:  # it numbers the used inputs from the first step that it does
             self.hand_over()
-        if self._script is not None:
-            self._inner.at_most = at_rest
+        if self._script is not None or self._altered:
             self._inner.loop.refresh(self.state.history.t[0])
+        visitor = options.visitor
+        self._inner.at_most = at_rest if visitor is None else min(at_rest, visitor.at_most)
         return self._inner
 
     def _let_happen(self, script: Script) -> None:
         """What takes effect at the newest point, which is recorded as it is afterwards; the energies see it as before."""
         after = script.at(self.state)
-        if after is self.state:
-            return
+        if after is not self.state:
+            self._goes_on_as(after)
+
+    def _receive(self, visitor: Visitor) -> None:
+        """Let a visitor see the newest point, at which what it changes takes effect."""
+        changes = visitor.visit(self.state.history.t[0])
+        if changes:
+            self._altered = True
+            self._goes_on_as(changed(self.state, self._network, changes))
+
+    def _goes_on_as(self, after: RunState) -> None:
+        """The run goes on from the state `after`, its newest point as something has made it that took effect there."""
         rows = self._rows
         self._sum_energy()
         rows.Y[rows.newest] = after.history.Y[0]

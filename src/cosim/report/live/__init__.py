@@ -1,0 +1,11 @@
+"""A run seen in a browser as it goes on: `film` keeps what viewers are shown, `steering` carries what they want into the run,
+`serving` speaks HTTP on this machine alone, `first_page` is the document that the page begins with.
+
+Viewers are served in threads of their own, each from its own place in the film. The run waits for none of them.
+"""
+
+from .first_page import first_page
+from .serving import Served
+from .steering import Steering
+
+__all__ = ["Served", "Steering", "first_page"]
