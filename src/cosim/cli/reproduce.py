@@ -23,7 +23,7 @@ INNER = "--integrator-steps"
 WITHOUT_EFFECT = {
     "--output": 1, "--plot": 1, "--checkpoint": 1, "--every": 1, "--resume": 1, "--json": 0, "--realtime": 0, "--overrun": 1,
     "--priority": 1, "--reference": 1, "--tolerance-band": 1, "--certify": 0, "--robust": 0, "--starts": 1, "--within": 1,
-    "--report": 1, "--report-variants": 1, "--seed": 1, INNER: 1,
+    "--report": 1, "--report-variants": 1, "--seed": 1, INNER: 1, "--live": 0,
 }  # fmt: skip
 
 

@@ -1,7 +1,8 @@
 """Where the results of `cosim run` go: files of any number and format, of which a .csv may be streamed, and a figure."""
 
 import os
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -36,6 +37,8 @@ class Files:
         A page of the run.
     variants : str
         Of the component that people exchange, those that the page offers: all, none, or names with commas.
+    command : str
+        What makes them again; the present command where empty.
     """
 
     outputs: tuple[Path, ...]
@@ -43,6 +46,7 @@ class Files:
     origin: Origin | None = None
     report: Path | None = None
     variants: str = "all"
+    command: str = ""
     _places: dict[Path, Path] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -110,6 +114,15 @@ class Files:
                 results.save(place, self.seen_from(place))
         return list(self.outputs)
 
+    def made_by(self, command: Sequence[str], hashes: Mapping[str, str]) -> "Files":
+        """The same files of results that another command makes again. hashes : of the files that it reads besides."""
+        origin = self.origin
+        if origin is not None:
+            origin = replace(origin, command=tuple(command), hashes={**origin.hashes, **hashes})
+        made = replace(self, origin=origin, command=shlex.join(["cosim", *command]))
+        made._places.update(self._places)
+        return made
+
     def page(self, run: Run, found: Sequence[Assessed], certificate: Sequence[str | Table], every: int) -> list[Path]:
         """Write the page of a run, where one is wished; the files that are there now.
 
@@ -122,7 +135,7 @@ class Files:
         named = {"all": None, "none": ()}
         told = Told(
             variants=named[self.variants] if self.variants in named else words(self.variants),
-            command=repeated(),
+            command=self.command or repeated(),
             lines=[line for line in lines(found) if line],
             certificate=plain(certificate),
             record_every=every,

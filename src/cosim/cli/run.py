@@ -1,6 +1,6 @@
 """cosim run: one run of a system, a short summary, results in files."""
 
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -36,6 +36,7 @@ from .common import (
 )
 from .integrator_steps import followed, parsed
 from .kept import closing
+from .live import seen_live
 from .provenance import origin
 from .reference import driven, read_reference_option
 from .rescue import Rescue
@@ -124,6 +125,9 @@ def command(
         str | None,
         typer.Option("--report-variants", metavar="all|none|A,B", help="what the page has for the exchanged part; all else"),
     ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="serve a page on this machine alone that shows the run as it goes on, and steers it")
+    ] = False,
     checkpoint: Annotated[
         Path | None, typer.Option(metavar="FILE", help="write the state of the run to this file from time to time")
     ] = None,
@@ -182,6 +186,8 @@ def command(
         needs(option, value, "--robust", robust)
     if robust and (adaptive is not None or select or checkpoint is not None or resume is not None or realtime):
         raise ValueError("--robust needs an even macro step and all results of the whole run, as fast as it goes")
+    if live and (robust or certify):
+        raise ValueError("--live shows one run, --robust and --certify make several")
     inner_files = parsed(inner or (), output or ())
     own = (*(output or ()), *inner_files.values(), *filter(None, [plot, report, checkpoint, resume]))
     where_from = origin(plan, written=own) if output or inner_files or as_json else None
@@ -198,6 +204,7 @@ def command(
         LastWord(rescue.word),
         open_network(plan, in_process=in_process, isolate=isolate, substeps=substeps_of(substeps)) as network,
         closing(),
+        ExitStack() as live_view,
     ):
         told_steps = followed(inner_files, network)
         if loops == "refuse":
@@ -212,11 +219,18 @@ def command(
             select or (), record_every, steps * len(network.names),
             always=checkpoint is not None or resume is not None, never=certify,
         )  # fmt: skip
+        seen = live_view.enter_context(
+            seen_live(
+                live, network, step=h, start=begin, stop=end, select=select or (), every=record_every, pacer=pacer,
+                steers=adaptive is None and checkpoint is None and resume is None,
+            )
+        )  # fmt: skip
         options = Options(
             record=record,
             adaptive=how,
             checkpoint=None if checkpoint is None else Checkpoint(checkpoint, interval),
             resume=None if resume is None else Resume(resume),
+            visitor=seen.visitor,
         )
         with progress(f"running {plan.name}") as show:
             try:
@@ -229,8 +243,10 @@ def command(
                 if error.partial is None:
                     raise
                 failure, run = error, error.partial
+        live_view.close()
+        files, kept = seen.kept(plan, files, float(run.trajectory.t[-1]), ended=run.status == "interrupted")
         found = assessed(run.trajectory)
-        written = files.write(run, found, record.stream)  # first of all: what follows may be the end of the process
+        written = kept + files.write(run, found, record.stream)  # first of all: what follows may be the end of the process
         written += [one.write(files.seen_from(one.place)) for one in told_steps]
         rescue.written()
         if failure is not None:

@@ -161,11 +161,12 @@ class Pacer:
         self._period, self._policy, self._spin, self._grace, self._priority = period, overrun, spin, grace, priority
         self._asked, self._began, self._due = (np.zeros(max(1, steps)) for _ in range(3))
         self._n = self._overruns = self._lost = 0
-        self._start = 0.0
+        self._start = self._paused = 0.0
         self._locked, self._preferred, self._collecting, self._slack_ns = False, False, False, -1
 
     def __enter__(self) -> "Pacer":
         self._n = self._overruns = self._lost = 0
+        self._paused = 0.0
         self._collecting = gc.isenabled()
         gc.collect()
         gc.disable()
@@ -188,7 +189,7 @@ class Pacer:
 
     def __call__(self, k: int) -> None:
         """Wait until macro step k = 1, 2, ... is due; the first one is due at once."""
-        asked = time.perf_counter()
+        asked = time.perf_counter() - self._paused
         if self._n == 0:
             self._start = asked - (k - 1) * self._period
         if self._n == self._asked.size:
@@ -208,15 +209,19 @@ class Pacer:
                 self._lost += missed
                 self._start += missed * self._period
                 due += missed * self._period
-        sleep = due - time.perf_counter() - self._spin
+        sleep = due - (time.perf_counter() - self._paused) - self._spin
         if sleep > 0.0:
             time.sleep(sleep)
-        now = time.perf_counter()
+        now = time.perf_counter() - self._paused
         while now < due:
-            now = time.perf_counter()
+            now = time.perf_counter() - self._paused
         n = self._n
         self._asked[n], self._began[n], self._due[n] = asked, now, due
         self._n = n + 1
+
+    def postpone(self, seconds: float) -> None:
+        """All that is still to come is due so much later: the run was paused on purpose, which is no lateness."""
+        self._paused += seconds
 
     def report(self) -> Report:
         """What has been seen so far."""

@@ -120,7 +120,7 @@ class Stepper:
             until = None if self._script is None else self._script.next_jump
             self._plain = Adapting(Controller(options.adaptive, network, algorithm, grid.step, grid.stop), self._rows, until)
         self._inner: Inner | None = None
-        self._altered = False  # by the visitor
+        self._changes: list[Happened] = []  # by the visitor
 
     def go(self, progress: Progress | None, before_step: Callable[[int], None] | None) -> None:
         """Step to the end. SlaveError, ConvergenceError: `state` is then that of the last good point."""
@@ -191,7 +191,7 @@ class Stepper:
             )
         if self._rows.count:  # it numbers the used inputs from the first step that it does
             self.hand_over()
-        if self._script is not None or self._altered:
+        if self._script is not None or self._changes:
             self._inner.loop.refresh(self.state.history.t[0])
         visitor = options.visitor
         self._inner.at_most = at_rest if visitor is None else min(at_rest, visitor.at_most)
@@ -207,7 +207,8 @@ class Stepper:
         """Let a visitor see the newest point, at which what it changes takes effect."""
         changes = visitor.visit(self.state.history.t[0])
         if changes:
-            self._altered = True
+            t = self.state.history.t[0]
+            self._changes += [Happened(t, t, change.words) for change in changes]
             self._goes_on_as(changed(self.state, self._network, changes))
 
     def _goes_on_as(self, after: RunState) -> None:
@@ -248,8 +249,9 @@ class Stepper:
 
     @property
     def happened(self) -> tuple[Happened, ...]:
-        """What a scenario has done so far."""
-        return () if self._script is None else self._script.happened(self.state)
+        """What a scenario and a visitor have done so far."""
+        by_plan = () if self._script is None else self._script.happened(self.state)
+        return tuple(sorted((*by_plan, *self._changes), key=lambda one: one.since))
 
     def rescue(self) -> str:
         """Hand over the points of steps that never come back, and name the component that they are at, where that is known."""

@@ -30,6 +30,11 @@ class Change:
     name: str
     value: float
 
+    @property
+    def words(self) -> str:
+        """What it does."""
+        return f"set {self.component}.{self.name} to {self.value:g}"
+
 
 class Visitor(Protocol):
     """What a run calls as it goes on, in its own thread."""

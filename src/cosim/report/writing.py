@@ -79,6 +79,7 @@ def page(document: dict[str, Any], made: Bundle) -> str:
     template = (PAGE / "index.html").read_text(encoding="utf-8")
     parts = {
         "title": html.escape(str(document["title"])),
+        "connect": "; connect-src 'self'" if document.get("live") else "",  # to the run that it shows, and nowhere else
         "style": made.style,
         "data": _inert(json.dumps(_nulled(document), ensure_ascii=False, allow_nan=False)),
         "worker": _inert(json.dumps(made.worker)),

@@ -24,6 +24,7 @@ the value that it has, `drop` gives it its start value, as if nothing were conne
 the place of the one before.
 """
 
+import json
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -120,6 +121,24 @@ def read_scenario(file: str | Path) -> Scenario:
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
         raise ValueError(f"{where}: events must be tables [[event]]")
     return Scenario(tuple(_event(table, f"{where}, event {k}") for k, table in enumerate(tables, 1)), where)
+
+
+def written(scenario: Scenario) -> str:
+    """The text of a scenario's TOML file, from which the same comes back."""
+    return "\n".join(_table(event) for event in scenario.events)
+
+
+def _table(event: Event) -> str:
+    lines = ["[[event]]", f"at = {_toml(event.at)}", f"{event.does} = {_toml(event.target)}"]
+    wants = _WANTS.get(event.does)
+    lines += [f"{wants} = {_toml(event.value)}"] if wants else []
+    lines += [f"over = {_toml(event.over)}"] if event.over else []
+    return "\n".join(lines) + "\n"
+
+
+def _toml(value: Any) -> str:
+    """A number with all its digits, or a text: JSON's way of writing both is TOML's, too."""
+    return repr(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else json.dumps(value)
 
 
 def read_toml(file: str | Path, where: str) -> dict[str, Any]:

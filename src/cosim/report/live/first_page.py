@@ -37,7 +37,8 @@ def first_page(
         Whether the run goes by the clock already.
     """
     units = dict(zip(network.names, network.units, strict=True))
-    scene = scenes.scene_of(network.system, names, {})
+    values = _values(network)
+    scene = scenes.scene_of(network.system, names, values)
     return {
         "title": network.system.name,
         "description": network.system.description,
@@ -50,18 +51,28 @@ def first_page(
         "signals": {"names": list(names), "units": [units[name] for name in names], "rows": 0},
         "live": {
             "paces": [] if paced else list(PACES),
-            "parameters": [_parameter(c, s) for c, signals in offered.items() for s in signals.values()],
+            "parameters": [_parameter(c, s, values) for c, signals in offered.items() for s in signals.values()],
         },
         "module": None,
         "scene": scene,
     }
 
 
-def _parameter(component: str, signal: Signal) -> dict[str, Any]:
+def _values(network: Network) -> dict[str, float]:
+    """What single numbers are given to components, or what they have by themselves, as `component.variable`."""
+    given = {
+        f"{slave.name}.{name}": values.get(name, signal.start)
+        for slave, values in zip(network.slaves, network.values, strict=True)
+        for name, signal in slave.description.settable.items()
+    }
+    return {name: float(value) for name, value in given.items() if isinstance(value, bool | int | float)}
+
+
+def _parameter(component: str, signal: Signal, values: Mapping[str, float]) -> dict[str, Any]:
     return {
         "component": component,
         "name": signal.name,
-        "start": signal.start,
+        "start": values.get(f"{component}.{signal.name}"),
         "min": signal.min,
         "max": signal.max,
         "unit": signal.unit,

@@ -150,7 +150,7 @@ def _handler(served: Served) -> Callable[..., BaseHTTPRequestHandler]:
 
         def do_POST(self) -> None:
             if self._wrong(posted=True):
-                return
+                return None
             if self.path != f"/{served.token}/do":
                 return self._refuse(404, "there is nothing here")
             if not self._steers():
@@ -167,13 +167,12 @@ def _handler(served: Served) -> Callable[..., BaseHTTPRequestHandler]:
 
         def _wrong(self, *, posted: bool) -> bool:
             """Whether the request comes from elsewhere than the page, and has been refused."""
+            own = f"http://{served.host}"
             origin, site = self.headers.get("Origin"), self.headers.get("Sec-Fetch-Site", "none")
             place = self.path.split("/")[1] if self.path.startswith("/") else ""
             if self.headers.get_all("Host") != [served.host]:
                 self._refuse(403, "the host must be the one of the address")
-            elif origin not in ((f"http://{served.host}",) if posted else (None, f"http://{served.host}")):
-                self._refuse(403, "requests must come from the page")
-            elif site not in ("same-origin", "none"):
+            elif origin not in ((own,) if posted else (None, own)) or site not in ("same-origin", "none"):
                 self._refuse(403, "requests must come from the page")
             elif not hmac.compare_digest(place.encode(), served.token.encode()):
                 self._refuse(404, "there is nothing here")

@@ -165,7 +165,8 @@ class Steering:
     def _choose_pace(self, wish: Mapping[str, Any]) -> None:
         pace = wish.get("value")
         if isinstance(pace, bool) or pace not in PACES or not self._waits:
-            raise ValueError(f"the pace must be one of {', '.join(f'{p:g}' for p in PACES)}, and not that of --realtime, got {pace!r}")
+            known = ", ".join(f"{p:g}" for p in PACES)
+            raise ValueError(f"the pace must be one of {known}, where --realtime does not set it, got {pace!r}")
         self._pace = float(pace)
         self._count_from_here()
 

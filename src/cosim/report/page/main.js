@@ -2,6 +2,7 @@
 import { run as unpacked, shown } from "./data.js";
 import { element, section, table } from "./dom.js";
 import { graph } from "./graph.js";
+import { Live } from "./live.js";
 import { Plots } from "./plots.js";
 import { Runner } from "./runner.js";
 
@@ -25,7 +26,7 @@ function head() {
     `t = ${shown(run.start)} to ${shown(run.stop)} s`,
   ];
   document.getElementById("head")?.append(
-    element("p", { class: "kicker" }, run.status ? "Co-simulation run" : "Results of co-simulation runs"),
+    element("p", { class: "kicker" }, report.live ? "Co-simulation run, as it goes on" : run.status ? "Co-simulation run" : "Results of co-simulation runs"),
     element("h1", {}, report.title),
     report.description ? element("p", { class: "lead" }, report.description) : "",
     element("p", { class: "facts" }, ...facts.map((text) => element("span", {}, text)), run.status ? element("span", { class: `state ${run.status}` }, run.status === "done" ? "ran to its end" : run.ended_by || run.status) : ""),
@@ -33,6 +34,11 @@ function head() {
 }
 
 async function fill() {
+  if (report.live) {
+    new Live(report, main);
+    main.append(section("system", "What runs", ...system()));
+    return;
+  }
   main.append(section("verdict", "What came out", ...verdicts()));
   const signals = report.signals;
   if (signals.rows > 0) {
@@ -104,7 +110,7 @@ function system() {
     const all = report.module.variables.filter((v) => v.causality === "parameter").map((v) => [v.name, shown(Number(v.start)), v.unit, v.description]);
     parts.push(element("details", {}, element("summary", {}, `All ${all.length} parameters`), table("Parameters", ["name", "value", "unit", "meaning"], all, [1])));
   }
-  parts.push(element("p", { class: "quiet" }, Object.entries(report.versions).map(([name, version]) => `${name} ${version}`).join(", ")), download());
+  parts.push(element("p", { class: "quiet" }, Object.entries(report.versions).map(([name, version]) => `${name} ${version}`).join(", ")), report.live ? "" : download());
   return parts;
 }
 

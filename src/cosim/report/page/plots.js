@@ -180,6 +180,16 @@ export class Plots {
     for (const { plot } of this.charts.values()) plot.setData(plot.data, true);
   }
 
+  /** The stored run has become longer. */
+  grown() {
+    for (const [name, { plot }] of this.charts) {
+      const [before] = plot.data;
+      const whole = plot.scales.x.max === undefined || plot.scales.x.max === null || plot.scales.x.max >= before[before.length - 1];
+      plot.setData(/** @type {any} */ (this.data(name)), whole);
+    }
+    this.note.textContent = this.thinning();
+  }
+
   resize() {
     const width = Math.max(280, this.area.clientWidth);
     for (const { plot } of this.charts.values()) if (Math.abs(plot.width - width) > 1) plot.setSize({ width, height: HEIGHT });

@@ -32,20 +32,50 @@ export class Moving {
     sun.position.set(30, -40, 60);
     this.world.add(sun);
     this.scale = scene.track.half_gauge / USUAL;
-    this.track = new Track(
-      Float64Array.from(run.t, (time) => wayAt(run, scene.track.distance, time)),
-      run.columns.get(scene.track.curvature) ?? [],
-      this.scale,
-    );
-    this.world.add(rails(this.track, scene.track.half_gauge, this.scale));
-    this.vehicle = new Vehicle(scene, run, this.track, false);
-    this.world.add(this.vehicle.group);
+    this.lay();
     this.ghost = null;
     new ResizeObserver(() => this.resize()).observe(this.stage);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
     this.paint();
     this.look("outside");
     this.go(this.start);
+  }
+
+  /** The track as far as the run has come, and the vehicle on it. */
+  lay() {
+    const { scene, run } = this;
+    this.track = new Track(
+      Float64Array.from(run.t, (time) => wayAt(run, scene.track.distance, time)),
+      run.columns.get(scene.track.curvature) ?? [],
+      this.scale,
+    );
+    for (const old of [this.bed, this.vehicle?.group]) if (old) this.drop(old);
+    this.bed = rails(this.track, scene.track.half_gauge, this.scale);
+    this.vehicle = new Vehicle(scene, run, this.track, false);
+    this.world.add(this.bed, this.vehicle.group);
+    this.laid = { rows: run.t.length, span: run.t[run.t.length - 1] - run.t[0] };
+  }
+
+  /** @param {THREE.Object3D} group */
+  drop(group) {
+    this.world.remove(group);
+    group.traverse((part) => {
+      const mesh = /** @type {any} */ (part);
+      mesh.geometry?.dispose();
+      mesh.material?.dispose();
+    });
+  }
+
+  /** The run has become longer: whoever was at its end goes on there. @param {boolean} last */
+  grown(last) {
+    const { t } = this.run;
+    const atEnd = this.time >= this.stop;
+    const span = t[t.length - 1] - t[0];
+    if (last || t.length < this.laid.rows || span > 1.05 * this.laid.span) this.lay();
+    this.stop = t[t.length - 1];
+    this.scrub.max = String(this.stop);
+    this.scrub.step = String(span / 2000 || 1);
+    this.go(atEnd && !this.playing ? this.stop : this.time);
   }
 
   build() {
