@@ -57,6 +57,7 @@ class Steering:
         self._waits = waits
         self._wanted = threading.Condition()
         self._pending: dict[tuple[str, str], float] = {}
+        self._latest: dict[tuple[str, str], float] = {}
         self._state, self._ending, self._pace = ("waiting" if waits else "running"), False, 0.0
         self._moved = not waits  # something is wanted: looked at before every macro step, so it is one word
         self._since = (0.0, 0.0)  # clock and time of the run from which the pace counts, s
@@ -185,4 +186,5 @@ class Steering:
         if len(self.events) + len(self._pending) >= MOST:
             raise ValueError(f"there may be {MOST} changes in a run, not more")
         assert isinstance(value, float | int)  # a single number, or it would not be offered
-        self._pending[str(component), str(name)] = float(value)
+        if self._latest.get((str(component), str(name))) != float(value):
+            self._pending[str(component), str(name)] = self._latest[str(component), str(name)] = float(value)

@@ -12,7 +12,7 @@ class Growing {
   constructor({ names, units }) {
     this.names = names;
     this.units = units;
-    this.group = 1;
+    this.group = 0;
     this.t = new Float64Array(0);
     this.columns = new Map(names.map((name) => [name, new Float32Array(0)]));
     this.room = [new Float64Array(1024), ...names.map(() => new Float32Array(1024))];
@@ -48,7 +48,8 @@ export class Live {
     this.main = main;
     this.drawn = 0;
     this.place = element("div", {});
-    main.append(section("steer", "Steer it", ...this.build()), this.place);
+    this.fields = this.offer();
+    main.append(section("steer", "Steer it", ...this.build()), this.place, section("tune", "Change it on the way", ...this.fields));
     this.source = new EventSource("events");
     this.source.onmessage = ({ data }) => this.hear(JSON.parse(data));
     this.source.onerror = () => this.tell("lost");
@@ -59,19 +60,14 @@ export class Live {
     this.go = button("Start", { do: "go" }, "main");
     this.pause = button("Pause", { do: "pause" });
     this.stop = button("End it", { do: "stop" });
-    const { paces, parameters } = this.report.live;
+    const { paces } = this.report.live;
     this.pace = element("select", { id: "pace", disabled: true, onchange: () => this.want({ do: "pace", value: Number(this.pace.value) }) });
     this.pace.append(...paces.map((pace) => element("option", { value: pace }, pace ? `${shown(pace)} times real time` : "as fast as it goes")));
     this.status = element("p", { role: "status", class: "status" });
     this.bar = element("progress", { max: this.report.run.stop - this.report.run.start, value: 0, "aria-label": "how far the run is" });
     this.clock = element("output", { class: "quiet" });
     this.wrong = element("p", { class: "notice", role: "alert", hidden: true });
-    this.changes = element("div", {});
-    this.inputs = [];
-    const groups = new Map();
-    for (const v of parameters) groups.set(v.component, [...(groups.get(v.component) ?? []), v]);
-    const sorted = [...groups].sort((a, b) => a[1].length - b[1].length);
-    const fields = sorted.map(([component, all]) => element("details", { open: all.length <= 12 }, element("summary", {}, `${component} (${all.length})`), ...all.map((v) => this.field(v))));
+    this.changes = element("div", { class: "changes" });
     return [
       element("div", { class: "tools" }, this.go, this.pause, this.stop, paces.length ? element("label", { for: "pace" }, "pace ", this.pace) : ""),
       this.bar,
@@ -79,8 +75,17 @@ export class Live {
       this.clock,
       this.wrong,
       this.changes,
-      element("div", { class: "parameters" }, fields.length ? element("h3", {}, "What may change on the way") : element("p", { class: "quiet" }, "None of its components lets a parameter change on the way."), ...fields),
     ];
+  }
+
+  /** What may change on the way, the components with few parameters first. */
+  offer() {
+    this.inputs = [];
+    const groups = new Map();
+    for (const v of this.report.live.parameters) groups.set(v.component, [...(groups.get(v.component) ?? []), v]);
+    const sorted = [...groups].sort((a, b) => a[1].length - b[1].length);
+    const fields = sorted.map(([component, all]) => element("details", { open: all.length <= 12 }, element("summary", {}, `${component} (${all.length})`), ...all.map((v) => this.field(v))));
+    return fields.length ? [element("div", { class: "parameters" }, ...fields)] : [element("p", { class: "quiet" }, "No parameter of its components may change during this run.")];
   }
 
   /** @param {any} v */
@@ -142,6 +147,10 @@ export class Live {
     if (told.changes.length !== this.changed) {
       this.changed = told.changes.length;
       const rows = told.changes.map((one) => [shown(one.at), one.name, shown(one.value)]);
+      for (const { v, input } of this.inputs) {
+        const last = told.changes.findLast((one) => one.name === `${v.component}.${v.name}`);
+        if (last && input !== document.activeElement) input.value = String(last.value);
+      }
       this.changes.replaceChildren(rows.length ? table("Changed so far", ["from t in s", "parameter", "value"], rows, [0, 2]) : "");
     }
     if (told.rows) this.run.add(told);
@@ -163,6 +172,7 @@ export class Live {
       const { Moving } = await import("./scene.js");
       this.moving = new Moving(scene, run, (time) => this.plots.show(time));
       motion.append(this.moving.element);
+      this.moving.go(this.moving.stop); // whoever is at its end stays there
     } catch (error) {
       motion.append(element("p", { class: "notice" }, `The moving picture needs WebGL, which is not at hand (${error}). The plots below show the same run.`));
     }

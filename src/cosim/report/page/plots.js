@@ -55,6 +55,7 @@ export class Plots {
 
   thinning() {
     const { group, t } = this.stored;
+    if (group === 0) return `${t.length} rows so far, of long runs fewer than there are. Drag to look closer, double-click for the whole run, click to go there.`;
     if (group === 1) return `${t.length} recorded rows. Drag to look closer, double-click for the whole run, click to go there.`;
     return `Thinned: every two points hold the least and the greatest of ${group} recorded rows, so no peak is lost. Drag to look closer, double-click for the whole run, click to go there.`;
   }
