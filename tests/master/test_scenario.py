@@ -1,5 +1,6 @@
 """Time series and scenarios: what happens by plan happens when it should, alike in every way of stepping."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import numpy as np
 import oscillators
 import pytest
 
-from gyro_cosim import GaussSeidel, Iterated, Jacobi, Nepce, Newton, Run, Scenario, simulate, system
+from gyro_cosim import GaussSeidel, Iterated, Jacobi, Nepce, Newton, Run, Scenario, load, simulate, system
 from gyro_cosim.component import Component, build, input_, output, parameter, state
 from gyro_cosim.coupling import Algorithm
 from gyro_cosim.master import Options
@@ -297,6 +298,44 @@ def test_the_order_is_kept_across_an_event() -> None:
     exact = end(5e-4)
     errors = [abs(end(h) - exact) for h in (0.005, 0.0025)]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
+
+
+FAILS = '[[event]]\nat = 0.05\noverride = "vehicle.yaw_moment"\nto = "50 N.m"\n'
+
+
+def test_the_same_happens_in_every_run_of_a_comparison(cosim: Any) -> None:
+    Path("s.toml").write_text(FAILS)
+    pair = ("wheel-pair", "--stop", "0.1", "--in-process", "--gyro", "linear", "--gyro", "linear,rotor_speed=200rpm")
+    quiet = cosim("compare", *pair, "--json")[1]
+    told = cosim("compare", *pair, "--scenario", "s.toml", "--json")[1]
+    exchanged = [[v["energy"][0]["exchanged_J"] for v in json.loads(text)["variants"]] for text in (quiet, told)]
+    assert all(abs(after) > 1.5 * abs(before) for before, after in zip(*exchanged, strict=True))
+    code, _, err = cosim("compare", *pair, "--model-exchange", "gyro")
+    assert (code, err[:60]) == (2, "cosim: --model-exchange must name a component that stays, 'g")
+
+
+@pytest.mark.slow
+def test_a_sweep_s_file_is_of_its_scenario_and_says_so(cosim_json: Any, cosim: Any) -> None:
+    Path("s.toml").write_text(FAILS)
+    sweep = (
+        "sweep",
+        "wheel-pair",
+        "--stop",
+        "0.1",
+        "--set",
+        "gyro.rotor_speed=100rpm,200rpm",
+        "--workers",
+        "1",
+        "--output",
+        "w.csv",
+    )
+    cosim_json(*sweep)
+    before = load(Path("w.csv"))
+    code, _, err = cosim(*sweep, "--scenario", "s.toml")
+    assert (code, err) == (2, "cosim: 'w.csv' holds another sweep, which differs in scenario; give another file\n")
+    cosim_json(*sweep[:-1], "v.csv", "--scenario", "s.toml")
+    name = "vehicle.yaw_rate.end"
+    assert np.all(np.abs(load(Path("v.csv"))[name] - before[name]) > 1e-3)
 
 
 def test_what_knows_nothing_of_scenarios_refuses_them(tmp_path: Path) -> None:

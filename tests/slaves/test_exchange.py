@@ -13,6 +13,7 @@ from test_events import G, flight
 from gyro_cosim import Algorithm, Connection, Iterated, Jacobi, SlaveError, System, SystemComponent, simulate, ssp
 from gyro_cosim.export import pack_fmu
 from gyro_cosim.slaves import open_slave, restorable
+from gyro_cosim.slaves.described import described_slave
 from gyro_cosim.slaves.exchange.integrator import Integrator
 from gyro_cosim.ssp.packing import pack
 from gyro_cosim.systems import Conversion
@@ -241,3 +242,14 @@ def test_what_cannot_run_by_model_exchange_is_refused_in_one_line(tmp_path: Path
         open_slave("m", str(exchange_fmus.hopper(tmp_path, 2)), implementation="CoSimulation")
     with pytest.raises(ValueError, match="implementation must be CoSimulation or ModelExchange, got 'ME'"):
         plan.with_implementation("a", "ME")
+
+
+def test_what_it_is_able_to_do_is_known_without_its_library(version: int, tmp_path: Path) -> None:
+    file = str(exchange_fmus.hopper(tmp_path, version, restores=False))
+    told, slave = described_slave("a", file).description, open_slave("a", file)
+    try:
+        for name in ("input_degree", "counts_events", "can_restore", "can_serialize"):
+            assert getattr(told, name) == getattr(slave.description, name)
+        assert told.input_degree == 2
+    finally:
+        slave.close()

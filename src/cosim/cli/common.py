@@ -68,6 +68,13 @@ Tolerance = Annotated[
     float | None,
     typer.Option("--tolerance", metavar="TOL", help="relative tolerance that every FMU is told; its own description's otherwise"),
 ]
+InputFiles = Annotated[
+    list[Path] | None, typer.Option("--input", metavar="FILE", help="time series that open inputs follow: a .csv, or results")
+]
+ScenarioFile = Annotated[
+    Path | None,
+    typer.Option("--scenario", metavar="FILE", help="a .toml file of what happens when: values set, connections that fail"),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON document on standard output")]
 
 

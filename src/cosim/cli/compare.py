@@ -13,8 +13,11 @@ from .common import (
     AlgorithmName,
     AsJson,
     Degree,
+    Exchanged,
     InProcess,
+    InputFiles,
     Parameters,
+    ScenarioFile,
     Swaps,
     SystemName,
     Tolerance,
@@ -33,8 +36,9 @@ from .common import (
 from .compare_robust import VERDICTS, prepared
 from .given import repeated
 from .provenance import origin
+from .reference import driven
 from .robust import STARTS
-from .settings import Settings, read_settings
+from .settings import Settings, read_settings, refuse_exchanged
 
 LONGEST_TABLE, LONGEST_LIST = 12, 8  # signals and violations that people are shown
 
@@ -54,6 +58,9 @@ def command(
     swap: Swaps = None,
     set_: Values = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
+    inputs: InputFiles = None,
+    scenario: ScenarioFile = None,
     component: Annotated[
         str | None, typer.Option(metavar="NAME", help="what is exchanged; what the system says otherwise")
     ] = None,
@@ -88,10 +95,12 @@ def command(
     from .. import figures
     from ..comparison.tolerances import read as read_tolerances
 
-    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance)
+    plan = driven(plan, inputs, scenario)
     tell(plan.notes)
     chosen = read_settings(set_ or (), plan)
     component, variants = _exchanged(chosen, component, variants or [])
+    refuse_exchanged(plan, [plan.exchanged(component)], model_exchange)
     limits = None if tolerances is None else read_tolerances(tolerances)
     writable(plot, figures.check_format)
     if report is not None:

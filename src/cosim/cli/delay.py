@@ -15,6 +15,7 @@ from .common import (
     AlgorithmName,
     AsJson,
     Degree,
+    Exchanged,
     Gyro,
     Parameters,
     Swaps,
@@ -40,6 +41,7 @@ def command(
     swap: Swaps = None,
     set_: Values = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
     component: Annotated[
         str | None, typer.Option(metavar="NAME", help="whose answer is late; what is exchanged in the system otherwise")
     ] = None,
@@ -75,7 +77,9 @@ def command(
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
     writable(plot, figures.check_format)
-    plan = chosen_system(system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
+    plan = chosen_system(
+        system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance
+    )
     tell(plan.notes)
     setting = DelayStudy(
         plan, seconds(step, "--step", 10 * plan.step), seconds(stop, "--stop", 20.0), component=component,

@@ -20,7 +20,9 @@ from .common import (
     Exchanged,
     Gyro,
     InProcess,
+    InputFiles,
     Parameters,
+    ScenarioFile,
     Swaps,
     SystemName,
     Tolerance,
@@ -133,12 +135,8 @@ def command(
     ] = None,
     every: Annotated[str | None, typer.Option(metavar="TIME", help="simulated time between checkpoints; 10 s otherwise")] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="go on from a checkpoint of the same run")] = None,
-    inputs: Annotated[
-        list[Path] | None, typer.Option("--input", metavar="FILE", help="time series that open inputs follow: a .csv, or results")
-    ] = None,
-    scenario: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="a .toml file of what happens when: values set, connections that fail")
-    ] = None,
+    inputs: InputFiles = None,
+    scenario: ScenarioFile = None,
     reference: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="compare with the results in this file; exit code 1 if they differ"),

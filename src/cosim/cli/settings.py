@@ -127,6 +127,14 @@ def applied(
     return system
 
 
+def refuse_exchanged(system: System, varied: Iterable[str], exchanged: Sequence[str] | None) -> None:
+    """ValueError where --model-exchange names a component whose variants are `varied`: how these run is their own matter."""
+    for name in exchanged or ():
+        for other in varied:
+            if set(system.addressed(name)) & set(system.addressed(other)):
+                raise ValueError(f"--model-exchange must name a component that stays, {name!r} is exchanged for its variants")
+
+
 def swapped(system: System, name: str, text: str) -> System:
     """The system with "SOURCE,FOREIGN=OURS,..." in the place of the component(s) that `name` addresses."""
     source, *pairs = words(text)

@@ -10,7 +10,10 @@ from ..systems import System
 from .common import (
     AsJson,
     Degrees,
+    Exchanged,
+    InputFiles,
     Parameters,
+    ScenarioFile,
     Swaps,
     SystemName,
     Tolerance,
@@ -25,7 +28,8 @@ from .common import (
     tell,
 )
 from .provenance import origin
-from .settings import gyro_of, read_settings, words
+from .reference import driven
+from .settings import gyro_of, read_settings, refuse_exchanged, words
 
 
 def command(
@@ -42,6 +46,9 @@ def command(
     vehicle: Vehicle = None,
     swap: Swaps = None,
     params: Parameters = None,
+    model_exchange: Exchanged = None,
+    inputs: InputFiles = None,
+    scenario: ScenarioFile = None,
     gyro: Annotated[str | None, typer.Option(metavar="A,B,...", help="variants of the gyro unit; as --set gyro=A,B")] = None,
     algorithms: Annotated[
         str, typer.Option("--algorithm", metavar="A,B,...", help=f"coupling algorithms: {', '.join(ALGORITHMS)}")
@@ -77,12 +84,14 @@ def command(
     """
     from ..sweeps import Sweep, sweep
 
-    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, tolerance=tolerance)
+    plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance)
+    plan = driven(plan, inputs, scenario)
     tell(plan.notes)
     needs("--seed", seed, "--lhs", samples is not None)
     if scheduler is not None and workers is not None:
         raise ValueError(f"--workers has no effect with --scheduler, got {workers}")
     parameters, variants = _axes([*([f"{gyro_of(plan)}={gyro}"] if gyro is not None else []), *(values or ())], plan)
+    refuse_exchanged(plan, variants, model_exchange)
     what = Sweep(
         plan, parameters, variants,
         algorithms=words(algorithms), degrees=degrees(degree),

@@ -23,7 +23,10 @@ def variant_plan(
     exchanged = system.addressed(component)
     values = [(f"{p.name}.{n}", v) for p in system.components if p.name in exchanged for n, v in p.values.items()] + list(values)
     bare = replace(system, components=tuple(replace(p, values={}) if p.name in exchanged else p for p in system.components))
-    plan = named_system(source) if source.endswith((".ssd", ".ssp", ".toml")) else bare.with_source(component, source, renamed)
+    if source.endswith((".ssd", ".ssp", ".toml")):  # a system of its own, in which the same happens
+        plan = replace(named_system(source), inputs=system.inputs, scenario=system.scenario)
+    else:
+        plan = bare.with_source(component, source, renamed)
     ignored = []
     first = next(c for c in plan.components if c.name in exchanged)
     slave = open_slave(first.name, first.source, in_process=in_process)

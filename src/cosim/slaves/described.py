@@ -71,11 +71,13 @@ def described_slave(
 
         return RemoteSlave(name, source)
     if source.endswith(".fmu"):
+        from .exchange.abilities import integrated
         from .fmi.description import read
         from .fmi.signals import described
         from .fmi.structure import configured
 
-        return DescribedSlave(name, described(configured(read(source, implementation), name, values)))
+        model = configured(read(source, implementation), name, values)
+        return DescribedSlave(name, integrated(described(model), model) if model.exchanged else described(model))
     from .in_process import ComponentSlave
 
     return ComponentSlave(name, catalogue.component(source))

@@ -211,6 +211,7 @@ class Sweep:
             base["start"] = system.start
         if system.tolerance is not None:
             base["tolerance"] = system.tolerance
+        base |= _driven(system)
         if self.measure is not None:
             base["measure"] = self.measure.identity
             units |= {column: unit for column, unit in self.measure.columns.items() if unit}
@@ -229,6 +230,19 @@ class Sweep:
             "seed": self.seed if self.samples is not None else None,
         }
         return Plan(context, tuple(kept), runs, files, UNITS | units, definition)
+
+
+def _driven(system: System) -> dict[str, Any]:
+    """What decides on a run besides parts, wiring and values, as far as there is any."""
+    told: dict[str, Any] = {}
+    ways = {p.name: p.implementation for p in system.components if p.implementation}
+    series = [[s.target, s.unit, hashlib.sha256(s.t.tobytes() + s.values.tobytes()).hexdigest()[:20]] for s in system.inputs]
+    for name, what in (("implementations", ways), ("inputs", series)):
+        if what:
+            told[name] = what
+    if system.scenario is not None:
+        told["scenario"] = [asdict(event) for event in system.scenario.events]
+    return told
 
 
 def _context(

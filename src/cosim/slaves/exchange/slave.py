@@ -16,6 +16,7 @@ from ..inner_steps import Following, InnerSteps
 from ..signal import Signal, Text, Value
 from ..tick import Tick
 from ..usage import Usage
+from .abilities import integrated
 from .functions import Functions
 from .inputs import Inputs
 from .motion import Known, Motion
@@ -69,10 +70,7 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
     def _describe(self) -> None:
         able = self._fmu.description
         self._by_states = not able.can_restore and without_memory(self.model)
-        self.description = replace(
-            able, input_degree=2, counts_events=True, can_restore=able.can_restore or self._by_states,
-            can_serialize=able.can_serialize or self._by_states,
-        )  # fmt: skip
+        self.description = integrated(able, self.model)
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._stand_still()
