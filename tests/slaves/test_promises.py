@@ -200,6 +200,14 @@ def test_what_a_trial_leaves_behind_is_not_met_by_the_run(tmp_path: Path) -> Non
     assert run.trajectory["a.y"][-1] == 1.0
 
 
+def test_an_fmu_alone_is_not_taken_back(tmp_path: Path) -> None:
+    """Nothing is extrapolated, so no step need be repeated; and what its saved states miss does no harm."""
+    file = vendor_fmus.vendor2(tmp_path)
+    run = ran(System("s", (SystemComponent("a", str(file), {"stateless": 1.0}),), ()), Jacobi(2))
+    assert run.notes == ()
+    assert ran(pair(file, stateless=1.0), Jacobi(2)).notes != ()
+
+
 def test_a_missing_licence_is_told_in_the_vendors_words(tmp_path: Path) -> None:
     file = vendor_fmus.vendor2(tmp_path, flags="-DLICENCE", needsExecutionTool="true")
     with pytest.raises(SlaveError) as caught:

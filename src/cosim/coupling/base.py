@@ -132,8 +132,8 @@ def save_all(network: Network, what: str = "a repeated step") -> Saved:
 
 
 def can_restore(network: Network) -> bool:
-    """Whether every slave can go back."""
-    return all(restorable(slave) is not None for slave in network.slaves)
+    """Whether every slave can go back, and anything is connected, so that it is worth it."""
+    return bool(network.coupled.size) and all(restorable(slave) is not None for slave in network.slaves)
 
 
 def best_order(network: Network) -> int:
