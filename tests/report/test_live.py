@@ -154,12 +154,18 @@ def test_the_film_stays_small_and_a_viewer_who_lags_begins_anew():
     assert len(film.since(cursor)[0].t) == 0
 
 
+class Often(Steering):
+    """Visited every 50 macro steps at least, however long they take."""
+
+    at_most = 50
+
+
 def live(plan, script, *, in_process, stop=1.0):
     """A run of which `script` is told every point that is visited, and which it steers; with its Steering."""
     with open_network(plan, in_process=in_process) as network:
         offered = changeable(network)
     film = Film(10)
-    steering = Steering(film, offered, step=1e-3, waits=False)
+    steering = Often(film, offered, step=1e-3, waits=False)
     usual = steering.visit
 
     def visit(t):
