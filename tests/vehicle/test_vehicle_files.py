@@ -108,7 +108,7 @@ def test_the_file_of_the_paper_takes_the_place_of_its_vehicle(tmp_path: Path) ->
         ('x = "6000 kg.m2", y', 'x = "90 t.m2", y',
          "cart.toml: bodies.body.inertia.x must be at most the other two together, 60000 kg.m2, got 90000.0"),
         ('["body", "rear"]', '["body", "front"]',
-         "cart.toml: wheelsets.rear must be connected to the rest by springs or a pivot, "
+         "cart.toml: wheelsets.rear must be connected to the rest by springs, links or a pivot, "
          "nothing joins it to 'body'"),
         ('z = "0.4 kN/mm"', 'z = "-0.4 kN/mm"', "cart.toml: springs.front.stiffness.z must be at least 0 N/m, got '-0.4 kN/mm'"),
         ('z = "0.4 kN/mm"', 'z = "0 N/m"', "cart.toml: bodies.body must be carried: no spring with a stiffness along z holds its "

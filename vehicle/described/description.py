@@ -8,10 +8,13 @@ import casadi as ca
 
 from gyro_cosim.component import Variable
 
+from .between import Link, RollBar, Springs
 from .sections import Vector
-from .values import ZERO, Value
+from .values import Value
 
-__all__ = ["Body", "Description", "Drive", "Mount", "Pivot", "Springs", "Wheelset"]
+__all__ = ["Body", "Description", "Drive", "Force", "Joint", "Mount", "Pivot", "Torque", "Wheelset"]
+
+Joint = Springs | Link | RollBar
 
 
 @dataclass(frozen=True)
@@ -80,44 +83,39 @@ class Wheelset:
 
 
 @dataclass(frozen=True)
-class Springs:
-    """Linear springs and dampers along the axes of `upper`: one, a pair, or four at the corners of a rectangle.
-
-    Attributes
-    ----------
-    name : str
-        What they are called.
-    upper, lower : str
-        The bodies.
-    at : Vector
-        The middle at rest, m.
-    half_x, half_y : Value
-        Half the distances along and across; 0 where there is no second one.
-    stiffness, damping : Vector
-        Of one, N/m and N s/m.
-    """
-
-    name: str
-    upper: str
-    lower: str
-    at: Vector
-    half_x: Value
-    half_y: Value
-    stiffness: Vector
-    damping: Vector
-
-    @property
-    def count(self) -> int:
-        """How many there are: 1, 2 or 4."""
-        return (1 if self.half_x.is_zero else 2) * (1 if self.half_y.is_zero else 2)
-
-
-@dataclass(frozen=True)
 class Mount:
     """Where a gyro unit rides: three moments come in, the body's three absolute rates go out."""
 
     name: str
     body: str
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force on a body: where it acts at rest (m), and the start values of its inputs by axis (N)."""
+
+    name: str
+    meaning: str
+    body: str
+    at: Vector
+    starts: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Torque:
+    """Torques on the wheels of a wheelset: what they are braced against ("": the wheel frame), their start value (N m)."""
+
+    name: str
+    meaning: str
+    wheelset: str
+    against: str
+    start: float
+    solid: bool
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """One for a solid axle, else left and right."""
+        return (f"{self.name}_torque",) if self.solid else (f"{self.name}_left_torque", f"{self.name}_right_torque")
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ class Description:
         Of the component: its variant, and one line on it.
     parameters : tuple of Variable
         Every row but those of the track.
-    bodies, wheelsets, springs, mounts : dict by name
+    bodies, wheelsets, springs, links, roll_bars, mounts, forces, torques : dict by name
         The parts.
     drive : Drive
         What holds the speed.
@@ -159,7 +157,11 @@ class Description:
     bodies: Mapping[str, Body]
     wheelsets: Mapping[str, Wheelset]
     springs: Mapping[str, Springs]
+    links: Mapping[str, Link]
+    roll_bars: Mapping[str, RollBar]
     mounts: Mapping[str, Mount]
+    forces: Mapping[str, Force]
+    torques: Mapping[str, Torque]
     drive: Drive
     law: str
     grid: int
@@ -176,6 +178,17 @@ class Description:
         """The bodies with six degrees of freedom, the wheelsets left out."""
         return tuple(body for body in self.bodies.values() if body.pivot is None)
 
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All that joins two bodies."""
+        return (*self.springs.values(), *self.links.values(), *self.roll_bars.values())
+
+    @property
+    def lopsided(self) -> bool:
+        """Whether a weight, or what carries one, is off the middle of the track."""
+        carry = (springs.at.y for springs in self.springs.values() if springs.carries)
+        return not all(y.is_zero for y in (*carry, *(body.centre.y for body in self.free)))
+
     def host(self, name: str) -> str:
         """The body that moves `name`: itself, or the one on whose pivot it turns."""
         body = self.bodies.get(name)
@@ -189,16 +202,13 @@ class Description:
         """The parameters' start values."""
         return {row.name: row.start for row in self.parameters}
 
-    def common_mass(self, s: Mapping[str, Any], name: str) -> tuple[Any, Any, Any]:
-        """(mass, x, height) of a body and the frames on its pivots, of their common centre at rest."""
+    def common_mass(self, s: Mapping[str, Any], name: str) -> tuple[Any, Any, Any, Any]:
+        """(mass, x, y, height) of a body and the frames on its pivots, of their common centre at rest."""
         body, frames = self.bodies[name], self.pivoted(name)
         m = body.mass.of(s)
-        x, _, z = body.centre.of(s)
+        x, y, z = body.centre.of(s)
         if not frames:
-            return m, x, z
+            return m, x, y, z
         of_frame, height = frames[0].mass.of(s), frames[0].centre.z.of(s)  # two, alike and opposite: `rules` sees to it
         total = m + 2 * of_frame
-        return total, x, (m * z + 2 * of_frame * height) / total
-
-
-NO_VECTOR = Vector(ZERO, ZERO, ZERO)
+        return total, x, y, (m * z + 2 * of_frame * height) / total

@@ -2,7 +2,8 @@
 
     free bodies, some with two frames on pivots     6 degrees of freedom (+ 2)     vehicle.car_body
     wheelsets and wheel frames                      6, or 5 where boxes do not pitch, and 1 or 2 spins     vehicle.wheel_frame
-    springs and dampers between them                described.elements
+    springs, links, roll bars between them          described.elements, described.links
+    forces and torques from outside                 described.applied
 
 Newton-Euler equations with the velocities in track axes and the angular velocities in body axes as states: no mass matrix has
 to be solved. Every state is zero at rest at the set speed on straight level track.
@@ -20,6 +21,7 @@ from ..rotation import column, cross
 from ..wheel_frame import SIDES, FrameState, Rolling
 from ..wheel_rail import SLOWEST
 from ..wheel_report import report
+from .applied import torques_on
 from .assembly import Assembly
 from .description import Body, Description, Wheelset
 from .draws import Draws
@@ -66,16 +68,18 @@ def motion(s: Mapping[str, ca.SX], d: Description) -> Motion:
     outputs: dict[str, Any] = {}
     account: dict[str, Any] = dict.fromkeys(
         ("kinetic_energy", "spring_energy", "damper_heat", "creep_heat", "press_power", "contact_power", "drive_power",
-         "gravity_power", "mount_power"), 0
+         "gravity_power", "mount_power", "applied_power"), 0
     ) | {"gaps": []}  # fmt: skip
     for part in (*(_body(parts, body) for body in d.free), *(_wheelset(parts, one) for one in d.wheelsets.values())):
         derivatives |= part.derivatives
         outputs |= part.outputs
         for kind, value in part.account.items():
             account[kind] = account[kind] + value
-    for action in parts.actions.values():
+    for action in parts.actions:
         account["spring_energy"] += action.energy
         account["damper_heat"] += action.heat
+        account["applied_power"] += action.power
+        derivatives |= action.rates
     for mount in d.mounts.values():
         felt = dict(zip(("roll", "pitch", "yaw"), parts.rates(mount.body), strict=True))
         outputs |= {f"{mount.name}_{axis}_rate": rate for axis, rate in felt.items() if mount.name != mount.body}
@@ -100,9 +104,12 @@ def _body(parts: Assembly, body: Body) -> Motion:
     if over:
         force = force + summed([a.frame_force for a in over])
     moment = summed([*(a.body_moment for a in under), *(a.frame_moment for a in over), *parts.mounted(body.name)])
-    v_dot = force / m - cross(moving.places[0] * moving.turn, at.v)
     account = {"kinetic_energy": m * ca.dot(at.v, at.v) / 2, "gravity_power": ca.dot(weight, at.v)}
     account["mount_power"] = sum((ca.dot(unit, at.omega) for unit in parts.mounted(body.name)), ca.SX(0))
+    for push, turning, power in parts.pushed(body.name):
+        force, moment = force + push, moment + turning
+        account["applied_power"] = account.get("applied_power", 0) + power
+    v_dot = force / m - cross(moving.places[0] * moving.turn, at.v)
     if frames:
         omega_dot, rows = _pivots(parts, body, frames, moment, account)
     else:
@@ -129,7 +136,7 @@ def _pivots(
     rates = (s[f"{one.name}_rate"], s[f"{other.name}_rate"])
     moments = []
     for frame in frames:
-        under = [a.pivot_moment for n, a in parts.actions.items() if parts.d.springs[n].upper == frame.name]
+        under = [a.pivot_moment for a in parts.actions if a.upper == frame.name]
         turned = parts.mounted(frame.name)
         moments.append(summed([*under, *(unit[2] for unit in turned)]))
         for unit in turned:
@@ -147,7 +154,7 @@ def _pivots(
 
 
 def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
-    s, d, moving, rest = parts.s, parts.d, parts.wheelsets[one.name], parts.trims[one.name]
+    s, d, moving, rest = parts.s, parts.d, parts.wheelsets[one.name], parts.standing[one.name]
     at, (under, over) = moving.at, parts.upon(one.name)
     m, I_y = one.mass.of(s), one.spin_inertia.of(s)
     J = one.inertia.of(s)
@@ -155,7 +162,7 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     wheels = wheel_frame.rolling(at, moving.turn, rough, s, d.law, one.flange_side, d.grid)
     lacking = s["speed"] - parts.reference.at.v[0]
     pull = d.drive.gain.of(s) * lacking / len(d.drive.wheelsets) if one.name in d.drive.wheelsets else 0
-    thrust = d.drive.on.of(s) * (2 * rest.drag + pull)
+    thrust = d.drive.on.of(s) * (rest.drag + pull)
     weight = -m * s["gravity"] * moving.under.up()
     pressed = weight if one.load.is_zero else weight - one.load.of(s) * moving.under.up()
     units = parts.mounted(one.name)
@@ -163,9 +170,20 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     if under:
         force = force + at.attitude() @ summed([a.body_force for a in under])
     moment = summed([wheels.moment, *(a.frame_moment for a in over), *(a.body_moment for a in under), *units])
+    account = _account(at, wheels, (m, column(*J), I_y))
+    account["applied_power"] = 0
+    for push, turning, power in parts.pushed(one.name):
+        force, moment = force + push, moment + turning
+        account["applied_power"] += power
+    torques = [torque for torque in d.torques.values() if torque.wheelset == one.name]
+    axle_moments = wheels.axle_moments
+    if torques:
+        T = torques_on(s, torques)
+        axle_moments = (axle_moments[0] + T[0], axle_moments[1] + T[1])
+        account["applied_power"] += sum(turned * (W - at.omega[1]) for turned, W in zip(T, at.W, strict=True))
     v_dot, omega_dot, W_dot = wheel_frame.accelerations(
         at, moving.turn, moving.places[0], m, J if one.pitches else (J[0], ca.SX(1), J[2]), I_y, force, moment,
-        wheels.axle_moments, one.solid,
+        axle_moments, one.solid,
     )  # fmt: skip
     derivatives = place_rows(one.name, moving.places) | rate_rows(one.name, v_dot, omega_dot)
     if not one.pitches:
@@ -175,7 +193,6 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     for (side, sign), W_side in zip(SIDES.items(), at.W, strict=True):
         rows = report(*wheels.touches[side], one.flange_side * sign, s)
         outputs |= {f"{one.name}_{side}_{name}": value for name, value in rows.items()} | {f"{one.name}_{side}_spin": W_side}
-    account = _account(at, wheels, (m, column(*J), I_y))
     account |= {"drive_power": thrust * at.v[0], "gravity_power": ca.dot(pressed, at.v)}
     account["mount_power"] = sum((ca.dot(unit, at.omega) for unit in units), ca.SX(0))
     return Motion(derivatives, outputs, account)
@@ -205,11 +222,12 @@ def longest_step(s: Mapping[str, ca.SX], d: Description) -> Any:
     reference = next(iter((*(body.name for body in d.free), *d.wheelsets)))
     for name, one in d.wheelsets.items():
         m, J = one.mass.of(s), one.inertia.of(s)
-        numbers = ca.vertcat(loads[name], m, J[0], J[2])
+        load = (loads[name][0] + loads[name][1]) / 2
+        numbers = ca.vertcat(load, m, J[0], J[2])
         if any(draws.same(numbers, other) for other in seen):
             continue
         seen.append(numbers)
         view = {**s, "wheel_spin_inertia": one.spin_inertia.of(s)}
         speed = s["speed"] + s[f"{reference}_speed_deviation"]
-        steps.append(wheel_frame.longest_step(view, loads[name], m, J, speed))
+        steps.append(wheel_frame.longest_step(view, load, m, J, speed))
     return steps[0] if len(steps) == 1 else ca.mmin(ca.vertcat(*steps))

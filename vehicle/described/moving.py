@@ -17,13 +17,14 @@ __all__ = ["Moving", "place_rows", "rate_rows", "spins", "state_of", "summed"]
 
 @dataclass(frozen=True)
 class Moving:
-    """A body in motion: place and velocities, its track frame, how that turns, rates of its place."""
+    """A body in motion: place and velocities, its track frame, how that turns, rates of its place, its centre at rest."""
 
     at: FrameState
     under: TrackPoint
     turn: ca.SX
     places: tuple[Any, ...]
     x: Any
+    y: Any
     height: Any
 
 
@@ -33,16 +34,23 @@ def spins(wheelset: Wheelset) -> tuple[str, ...]:
 
 
 def state_of(
-    s: Mapping[str, ca.SX], prefix: str, x: Any, height: Any, W: tuple[Any, Any] = (0, 0), pitches: bool = True
+    s: Mapping[str, ca.SX],
+    prefix: str,
+    at: tuple[Any, Any, Any],
+    W: tuple[Any, Any] = (0, 0),
+    *,
+    roll: Any = 0,
+    pitches: bool = True,
 ) -> FrameState:
-    """Place and motion of a body at rest at x and `height`."""
+    """Place and motion of a body whose centre is `at` (x, y, z) at rest, and that is rolled by `roll` there."""
+    x, y, height = at
 
     def get(name: str) -> Any:
         return s[f"{prefix}_{name}"]
 
     return FrameState(
-        s=x + get("distance"), y=get("lateral_displacement"), z=height + get("vertical_displacement"),
-        psi=get("yaw_angle"), phi=get("roll_angle"), theta=get("pitch_angle") if pitches else ca.SX(0),
+        s=x + get("distance"), y=y + get("lateral_displacement"), z=height + get("vertical_displacement"),
+        psi=get("yaw_angle"), phi=roll + get("roll_angle"), theta=get("pitch_angle") if pitches else ca.SX(0),
         v=column(s["speed"] + get("speed_deviation"), get("lateral_velocity"), get("vertical_velocity")),
         omega=column(get("roll_rate"), get("pitch_rate") if pitches else 0, get("yaw_rate")), W=W,
     )  # fmt: skip

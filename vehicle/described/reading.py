@@ -11,14 +11,15 @@ from gyro_cosim.component.units import unit
 
 from ..creep_laws import LAWS
 from ..lrt_parameters import RUN, WHEEL, drive_rows, rail_and_contact
-from . import rules
-from .description import Body, Description, Drive, Mount, Pivot, Springs, Wheelset
+from . import part_sections, rules
+from .description import Body, Description, Drive, Mount, Pivot, Wheelset
 from .sections import Book, Section, check_name
 from .values import ZERO, formula
 
 __all__ = ["read", "read_text"]
 
-SECTIONS = ("vehicle", "parameters", "bodies", "wheelsets", "springs", "wheels", "rails", "contact", "mounts", "drive", "track")
+SECTIONS = ("vehicle", "parameters", "bodies", "wheelsets", "springs", "links", "roll_bars", "wheels", "rails", "contact",
+            "mounts", "forces", "torques", "drive", "track")  # fmt: skip
 INERTIA = {axis: f"i{axis}{axis}" for axis in "xyz"}
 ON_RAIL = ("rail_crown_radius", "corner_radius", "corner_offset", "corner_depth", "rail_lateral_stiffness")
 T = TypeVar("T")
@@ -85,15 +86,20 @@ def read_text(text: str, file: str) -> Description:
     flange_side = _profiles(book, data)
     bodies = _each(book, data, "bodies", _body)
     wheelsets = _each(book, data, "wheelsets", lambda one, key: _wheelset(one, key, flange_side))
-    springs = _each(book, data, "springs", _springs)
+    springs = _each(book, data, "springs", part_sections.springs)
+    links = _each(book, data, "links", part_sections.link)
+    bars = _each(book, data, "roll_bars", part_sections.roll_bar)
     mounts = _each(book, data, "mounts", _mount)
+    forces = _each(book, data, "forces", part_sections.force)
+    torques = _each(book, data, "torques", lambda one, key: part_sections.torque(one, key, wheelsets))
     drive = _drive(book, data, wheelsets)
     track = book.section("track", data.get("track", {}))
     knots, harmonics = track.count("knots", 4, 200), track.count("harmonics", 0, 200)
     track.end()
     found = Description(
-        name, line, tuple(book.rows.values()), bodies, wheelsets, springs, mounts, drive, law, 7, knots, harmonics, step
-    )
+        name, line, tuple(book.rows.values()), bodies, wheelsets, springs, links, bars, mounts, forces, torques, drive, law, 7,
+        knots, harmonics, step,
+    )  # fmt: skip
     rules.check(book, found)
     return found
 
@@ -211,7 +217,7 @@ def _body(one: Section, name: str) -> Body:
     body = Body(
         name, one.what, one.value("mass", "kg", above=0.0),
         one.vector("inertia", "kg.m2", needed="xyz", above=0.0, names=INERTIA),
-        one.vector("centre", "m", "xz", needed="z"), pivot,
+        one.vector("centre", "m", needed="z"), pivot,
     )  # fmt: skip
     one.end()
     return body
@@ -225,19 +231,6 @@ def _wheelset(one: Section, name: str, flange_side: int) -> Wheelset:
         one.vector("inertia", "kg.m2", needed="xyz" if pitches else "xz", above=0.0, names=INERTIA),
         one.value("x", "m", default=ZERO), one.value("spin_inertia", "kg.m2", above=0.0), solid, pitches,
         one.value("load", "N", default=ZERO), flange_side,
-    )  # fmt: skip
-    one.end()
-    return found
-
-
-def _springs(one: Section, name: str) -> Springs:
-    between = one.names("between")
-    if len(between) != 2:
-        raise one.error("between", "must name two bodies, the upper one first", between)
-    half = one.vector("half_spacing", "m", "xy", least=0.0)
-    found = Springs(
-        name, between[0], between[1], one.vector("at", "m", "xz", needed="z"), half.x, half.y,
-        one.vector("stiffness", "N/m", least=0.0), one.vector("damping", "N.s/m", least=0.0),
     )  # fmt: skip
     one.end()
     return found

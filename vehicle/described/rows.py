@@ -7,7 +7,8 @@ from gyro_cosim.component import Bond, Variable, input_, output, state
 
 from ..lrt_signals import body_rows
 from ..wheel_report import REPORT
-from .description import Description, Wheelset
+from .between import RollBar
+from .description import Description, Force, Torque, Wheelset
 from .moving import spins
 
 __all__ = ["bonds", "signals"]
@@ -21,6 +22,10 @@ def signals(d: Description) -> tuple[Variable, ...]:
     for mount in d.mounts.values():
         rows += [input_(f"{mount.name}_{axis}_moment", "N.m", f"{axis} moment of the gyro unit on {mount.body}", nominal=100.0)
                  for axis in AXES]  # fmt: skip
+    for force in d.forces.values():
+        rows += _applied(force)
+    for torque in d.torques.values():
+        rows += _applied(torque)
     for body in d.bodies.values():
         if body.pivot is None:
             rows += body_rows(body.name, body.meaning, is_output=True)
@@ -32,6 +37,10 @@ def signals(d: Description) -> tuple[Variable, ...]:
             ]  # fmt: skip
     for one in d.wheelsets.values():
         rows += _wheelset(one)
+    for joint in d.joints:
+        if not isinstance(joint, RollBar):
+            rows += [state(name, "m", f"{joint.name}: stretch of what holds a damper", symbol="q", nominal=1e-3, source="rest")
+                     for name in joint.series_states]  # fmt: skip
     for one in d.wheelsets.values():
         for side in ("left", "right"):
             wheel = f"{one.name}_{side}"
@@ -44,6 +53,16 @@ def signals(d: Description) -> tuple[Variable, ...]:
         output("derailed", "1", "1 when a flange has passed the top of the rail, else 0"),
     ]
     return (*rows, *_mounts(d, {row.name for row in rows}))
+
+
+def _applied(one: Force | Torque) -> list[Variable]:
+    """What comes in from outside."""
+    if isinstance(one, Force):
+        ways = {"x": "forward", "y": "to the left", "z": "upwards"}
+        return [input_(f"{one.name}_force_{axis}", "N", f"{one.meaning}: force on {one.body} {ways[axis]}", start=start,
+                       nominal=1e4) for axis, start in one.starts.items()]  # fmt: skip
+    return [input_(name, "N.m", f"{one.meaning}: {name.removesuffix('_torque').replace('_', ' ')}, drives forward if positive",
+                   start=one.start, nominal=1e3) for name in one.inputs]  # fmt: skip
 
 
 def _wheelset(one: Wheelset) -> list[Variable]:

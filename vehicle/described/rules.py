@@ -44,18 +44,21 @@ def check(book: Book, d: Description) -> None:
         _possible(book, f"wheelsets.{one.name}", [book.number(one.inertia.x), book.number(one.inertia.y) + spin,
                                                   book.number(one.inertia.z)])  # fmt: skip
     _pivots(book, d)
-    for springs in d.springs.values():
-        key = f"springs.{springs.name}.between"
-        for end in (springs.upper, springs.lower):
-            if end not in parts:
-                raise book.unknown(key, "body", end, parts)
-        if d.host(springs.lower) != springs.lower:
-            raise book.error(key, f"must have a body below that is on no pivot, {springs.lower!r} turns on one")
-        if d.host(springs.upper) == springs.lower:
-            raise book.error(key, "must join two bodies that move apart", [springs.upper, springs.lower])
+    _joined(book, d, parts)
     for mount in d.mounts.values():
         if mount.body not in parts:
             raise book.unknown(f"mounts.{mount.name}.on", "body", mount.body, parts)
+    for force in d.forces.values():
+        if force.body not in parts:
+            raise book.unknown(f"forces.{force.name}.on", "body", force.body, parts)
+        if d.host(force.body) != force.body:
+            raise book.error(f"forces.{force.name}.on", f"must be a body on no pivot, {force.body!r} turns on one")
+    for torque in d.torques.values():
+        key = f"torques.{torque.name}.against"
+        if torque.against and torque.against not in parts:
+            raise book.unknown(key, "body", torque.against, parts)
+        if torque.against == torque.wheelset:
+            raise book.error(key, "must be another body, or left out for the wheel frame", torque.against)
     _connected(book, d, parts)
     fallen = not_carried(d)
     if fallen is not None:
@@ -71,6 +74,23 @@ def _possible(book: Book, key: str, inertias: list[float]) -> None:
             raise book.error(f"{key}.inertia.{axis}", f"must be at most the other two together, {others:g} kg.m2", own)
 
 
+def _joined(book: Book, d: Description, parts: "Mapping[str, Body | Wheelset]") -> None:
+    """What joins two bodies is called by a name of its own, between two that are there and move apart."""
+    seen: dict[str, str] = {}
+    for kind, joints in (("springs", d.springs), ("links", d.links), ("roll_bars", d.roll_bars)):
+        for name, joint in joints.items():
+            if name in seen:
+                raise book.error(f"{kind}.{name}", f"must have a name of its own: {seen[name]} are called so")
+            seen[name], key = kind, f"{kind}.{name}.between"
+            for end in (joint.upper, joint.lower):
+                if end not in parts:
+                    raise book.unknown(key, "body", end, parts)
+            if d.host(joint.lower) != joint.lower:
+                raise book.error(key, f"must have a body below that is on no pivot, {joint.lower!r} turns on one")
+            if d.host(joint.upper) == joint.lower:
+                raise book.error(key, "must join two bodies that move apart", [joint.upper, joint.lower])
+
+
 def _pivots(book: Book, d: Description) -> None:
     for body in d.bodies.values():
         if body.pivot is None:
@@ -84,6 +104,10 @@ def _pivots(book: Book, d: Description) -> None:
         if len(frames) != 2:
             raise book.error(key, f"must carry two frames, one ahead and one behind, {host.name!r} carries {len(frames)}")
         one, other = frames
+        for part in (host, *frames):
+            if book.number(part.centre.y) != 0.0:
+                raise book.error(f"bodies.{part.name}.centre.y", "must be 0 for a body with frames on pivots, and for those",
+                                 part.centre.y.text)  # fmt: skip
         middle = book.number(host.centre.x)
         x = [book.number(frame.centre.x) - middle for frame in frames]
         if abs(x[0] + x[1]) > ALIKE * (abs(x[0]) + 1) or x[0] <= x[1]:
@@ -99,7 +123,7 @@ def _pivots(book: Book, d: Description) -> None:
 def _connected(book: Book, d: Description, parts: Iterable[str]) -> None:
     """Everything hangs together."""
     joined: dict[str, set[str]] = {name: set() for name in parts}
-    pairs = [(springs.upper, springs.lower) for springs in d.springs.values()]
+    pairs = [(joint.upper, joint.lower) for joint in d.joints]
     pairs += [(body.name, body.pivot.host) for body in d.bodies.values() if body.pivot is not None]
     for a, b in pairs:
         joined[a].add(b)
@@ -114,5 +138,5 @@ def _connected(book: Book, d: Description, parts: Iterable[str]) -> None:
     if apart:
         kind = "bodies" if apart[0] in d.bodies else "wheelsets"
         raise book.error(
-            f"{kind}.{apart[0]}", f"must be connected to the rest by springs or a pivot, nothing joins it to {first!r}"
+            f"{kind}.{apart[0]}", f"must be connected to the rest by springs, links or a pivot, nothing joins it to {first!r}"
         )

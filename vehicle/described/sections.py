@@ -149,8 +149,7 @@ class Section:
         table = self._given(name, {} if not needed else _REQUIRED)
         if isinstance(table, Vector):
             return table
-        part = Section(self.book, self.key(name), table, "", self.source)
-        part.prefix, part.what = self.prefix, f"{self.what}: {name.replace('_', ' ')}" if self.what else name
+        part = self._part(name, table)
         values = {}
         for axis in axes:
             if axis in needed and axis not in table:
@@ -162,6 +161,34 @@ class Section:
         found = Vector(*(values.get(axis, ZERO) for axis in "xyz"))
         self.taken[name] = found
         return found
+
+    def table(self, name: str, keys: Iterable[str]) -> "Section":
+        """A table in this one, of some keys, which the caller takes; parameters of its literals have this one's names."""
+        part = self._part(name, self._given(name, {}))
+        for key in part.data:
+            if key not in keys:
+                raise self.book.unknown(self.key(name), "key", key, keys)
+        return part
+
+    def pairs(self, name: str) -> Any:
+        """A list of pairs, or None where it is not given."""
+        given = self._given(name, None)
+        if given is None or not isinstance(given, list):
+            if given is None or type(given).__name__ == "Curve":
+                return given
+            raise self.error(name, "must be a list of pairs", given)
+        if not all(isinstance(one, list) and len(one) == 2 for one in given):
+            raise self.error(name, "must be a list of pairs", given)
+        return given
+
+    def reading(self, name: str, given: Any, unit_: str, under: str, meaning: str) -> Value:
+        """A literal or formula that stands in a list under `name`; its parameter is called `under`."""
+        return self._read(name, given, unit_, None, meaning, under)
+
+    def _part(self, name: str, data: Any) -> "Section":
+        part = Section(self.book, self.key(name), data, "", self.source)
+        part.prefix, part.what = self.prefix, f"{self.what}: {name.replace('_', ' ')}" if self.what else name
+        return part
 
     def end(self) -> None:
         """Refuse keys that nobody has asked for."""

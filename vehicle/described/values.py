@@ -45,6 +45,10 @@ class Value:
         """Whether it is the constant 0."""
         return isinstance(self.tree, ast.Constant) and self.tree.value == 0
 
+    def negative(self) -> "Value":
+        """The same with the other sign."""
+        return self if self.is_zero else Value(f"-({self.text})", self.names, ast.UnaryOp(ast.USub(), self.tree))
+
     def of(self, s: Mapping[str, Any]) -> Any:
         """The value for numbers or symbols of the parameters, by name."""
         return _worked_out(self.tree, s)
