@@ -26,9 +26,20 @@ __all__ = ["Assembly", "Standing", "standing"]
 
 @dataclass(frozen=True)
 class Standing:
-    """How a wheelset stands at rest: height of the axle (m), roll (rad), spin over speed of each wheel (rad/m), drag (N)."""
+    """How a wheelset stands at rest.
+
+    Attributes
+    ----------
+    axle_height, lateral, roll
+        m, m, rad.
+    spins_per_speed
+        Spin over speed of each wheel (rad/m).
+    drag
+        N.
+    """
 
     axle_height: Any
+    lateral: Any
     roll: Any
     spins_per_speed: tuple[Any, Any]
     drag: Any
@@ -53,14 +64,15 @@ def standing(s: Mapping[str, ca.SX], d: Description, loads: Mapping[str, tuple[A
     for name, (left, right) in loads.items():
         one = trimmed(left)
         if not d.lopsided:
-            found[name] = Standing(one.axle_height, 0, (one.spin_per_speed, one.spin_per_speed), 2 * one.drag)
+            found[name] = Standing(one.axle_height, 0, 0, (one.spin_per_speed, one.spin_per_speed), 2 * one.drag)
             continue
         other, b = trimmed(right), s["contact_half_distance"]
         spins_ = (one.spin_per_speed, other.spin_per_speed)
         if d.wheelsets[name].solid:
             spins_ = ((spins_[0] + spins_[1]) / 2,) * 2
         height, roll = (one.axle_height + other.axle_height) / 2, (one.axle_height - other.axle_height) / (2 * b)
-        found[name] = Standing(height, roll, spins_, one.drag + other.drag)
+        lateral = -roll * s["rolling_radius"]  # where the treads stay at their places on the rails
+        found[name] = Standing(height, lateral, roll, spins_, one.drag + other.drag)
     return found
 
 
@@ -93,7 +105,7 @@ class Assembly:
         rest, s = self.standing[one.name], self.s
         turning = zip(spins(one), rest.spins_per_speed, strict=False)
         W = tuple(s["speed"] * per_speed + s[f"{one.name}_{name}_spin_deviation"] for name, per_speed in turning)
-        place = (one.x.of(s), 0, rest.axle_height)
+        place = (one.x.of(s), rest.lateral, rest.axle_height)
         return self._in_motion(state_of(s, one.name, place, (W[0], W[-1]), roll=rest.roll, pitches=one.pitches), place)
 
     def seat(self, name: str) -> Seat:

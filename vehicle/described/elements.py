@@ -167,8 +167,13 @@ def springs_action(s: Mapping[str, ca.SX], springs: Springs, preload: tuple[Any,
     rates: dict[str, Any] = {}
     for more in (*_held_dampers(s, springs, at, rates), *_corners(s, springs, at)):
         F, M, energy, heat = F + more[0], M + more[1], energy + more[2], heat + more[3]
-    load, tilt = column(0, 0, preload[0]), column(preload[1], preload[2], 0)
-    return acting(springs, seat, at, F + load, M + tilt, energy - ca.dot(load, at.e), heat, rates)
+    load, up = column(0, 0, preload[0]), column(0, 0, 1)
+    F, energy = F + load, energy - ca.dot(load, at.e)
+    heel, tilt = (ca.SX(part) for part in preload[1:])  # of corners that carry unlike forces along z
+    if not (heel.is_zero() and tilt.is_zero()):
+        M = M + heel * cross(at.S[:, 1], up) + tilt * cross(up, at.S[:, 0])
+        energy = energy - heel * at.S[2, 1] + tilt * at.S[2, 0]
+    return acting(springs, seat, at, F, M, energy, heat, rates)
 
 
 def _held_dampers(

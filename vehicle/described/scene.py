@@ -24,7 +24,7 @@ def scene_of(d: Description, names: Sequence[str]) -> dict[str, Any]:
         Its signals.
     """
     s = d.starts()
-    carried = {springs.lower for springs in d.springs.values()}
+    carried = {springs.lower for springs in d.springs.values() if springs.carries}
     ends = [float(one.x.of(s)) for one in d.wheelsets.values()]
     first = next(iter(d.bodies), None)
     bodies = [

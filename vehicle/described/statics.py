@@ -45,13 +45,19 @@ class _Laid:
     turn: tuple[ca.SX, ca.SX]
 
 
+def _held(d: Description, name: str) -> bool:
+    """Whether springs hold the pitch of a wheelset; one group of them over the axle does not, and no weight turns it."""
+    over = [springs for springs in d.springs.values() if springs.carries and name in (springs.upper, springs.lower)]
+    return len(over) > 1 or any(not springs.half_x.is_zero for springs in over)
+
+
 def _equations(
     s: Mapping[str, ca.SX], d: Description, draws: Draws
 ) -> tuple[list[tuple[str, str]], dict[str, _Laid], ca.SX, ca.SX]:
     """Unknowns as ("z", "phi" or "theta", body), springs, stiffness matrix and loads."""
     names = [body.name for body in d.free]
     unknowns = [("z", name) for name in names]
-    unknowns += [("theta", name) for name in (*names, *(w.name for w in d.wheelsets.values() if w.pitches))]
+    unknowns += [("theta", name) for name in (*names, *(w.name for w in d.wheelsets.values() if w.pitches and _held(d, w.name)))]
     unknowns += [("phi", name) for name in names if d.lopsided]
     row = {unknown: i for i, unknown in enumerate(unknowns)}
     n = len(unknowns)
@@ -80,9 +86,6 @@ def _equations(
                 K += k_i * (turn[angle].T @ turn[angle])
     for name in names:
         f[row["z", name]] -= d.common_mass(s, name)[0] * s["gravity"]
-    for i, (_, name) in enumerate(unknowns):
-        if name in d.wheelsets and not K.has_nz(i, i):
-            K[i, i] = 1  # a pitch that springs at the axle do not hold, and no weight turns
     return unknowns, laid, K, f
 
 

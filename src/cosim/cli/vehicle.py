@@ -6,6 +6,8 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from gyro_cosim.component import Component
+
 from ..stability.at_rest import AtRest
 from ..systems import catalogue
 from .common import AsJson, say
@@ -13,6 +15,14 @@ from .modes import ignorable, mode_words, modes_of, velocities
 from .parameters import single
 
 LOAD = "_vertical_force"
+STABLE = 2.78  # of the classical Runge-Kutta method, along the negative axis
+
+
+def step_of(made: Component) -> float:
+    """The internal step at the start (s)."""
+    if made.longest_step is None:
+        return made.internal_step
+    return min(made.internal_step, float(made.longest_step(made.start_state, made.start_input, made.start_parameters)))
 
 
 def command(
@@ -30,14 +40,17 @@ def command(
     made = catalogue.component(file)
     values = np.array(made.output(made.start_state, made.start_input, made.start_parameters)).ravel()
     loads = {v.name.removesuffix(LOAD): float(y) for v, y in zip(made.outputs, values, strict=True) if v.name.endswith(LOAD)}
-    rest = AtRest(plan, (), ignorable(plan))
+    rest = AtRest(plan, (), ignorable(plan), settled=True)
+    step = step_of(made)
+    fastest = float(np.abs(rest.roots(rest.q0)).max()) * step
     found = {
-        "vehicle": made.spec, "velocities": velocities(rest.states), "rest_error": rest.rest_error(rest.q0),
-        "wheel_loads": loads, "modes": modes_of(rest),
+        "vehicle": made.spec, "velocities": velocities(rest.states), "rest_error": float(np.abs(rest.equilibrium(rest.q0)).max()),
+        "step": step, "fastest_root_times_step": fastest, "wheel_loads": loads, "modes": modes_of(rest),
     }  # fmt: skip
     table = Table("wheel", "load at rest [N]", box=None, pad_edge=False)
     for wheel, load in loads.items():
         table.add_row(wheel, f"{load:.6g}")
     head = f"equilibrium: states are {found['rest_error']:.1g} away from where the file puts them (SI units)"
-    say(as_json, lambda: found, head, table, "", *mode_words({**found, "system": made.spec}))
+    pace = f"steps of {step * 1e3:.3g} ms: the fastest root times that is {fastest:.2f}, an explicit method is stable to {STABLE}"
+    say(as_json, lambda: found, head, pace, table, "", *mode_words({**found, "system": made.spec}))
     return 0

@@ -19,6 +19,7 @@ from ..errors import unknown
 from ..systems import System
 from ..trajectory import matching
 
+NEWTON, SETTLED = 20, 1e-10  # steps; the last one is smaller than this, each state in its SI unit
 SAME = 1e-9  # of the matrix's largest element: what a shift may change of a rate by rounding
 
 
@@ -33,6 +34,8 @@ class AtRest:
         The parameters q, as `component.parameter`; "gyro.rotor_speed" sets that of gyro_front and gyro_rear alike.
     ignorable
         Patterns such as "vehicle.*_distance"; the states of each may be shifted together without changing any rate.
+    settled
+        Look for the equilibrium near z = 0 and linearise there, for systems whose states are not all zero at rest.
 
     Attributes
     ----------
@@ -47,8 +50,8 @@ class AtRest:
         Where the system is not at rest, a shift changes a rate, or a name means nothing.
     """
 
-    def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = ()) -> None:
-        self.system, self.free = system, tuple(free)
+    def __init__(self, system: System, free: Sequence[str], ignorable: Sequence[str] = (), *, settled: bool = False) -> None:
+        self.system, self.free, self.settled = system, tuple(free), settled
         owners = [system.addressed(name.partition(".")[0]) for name in self.free]
         names = [f"{owner}.{n.partition('.')[2]}" for n, of in zip(self.free, owners, strict=True) for owner in of]
         self.monolith = Monolith(system, free=names)
@@ -59,7 +62,7 @@ class AtRest:
         self._reduce(ignorable)
         self.matrix(self.q0)
         error = self.rest_error(self.q0)
-        if not error < 1e-6:
+        if not (settled or error < 1e-6):
             raise ValueError(f"system {system.name!r} must be at rest where its states are zero; it is {error:g} away from there")
 
     def _reduce(self, ignorable: Sequence[str]) -> None:
@@ -103,7 +106,7 @@ class AtRest:
         ValueError
             Where a shift of ignorable states changes a rate.
         """
-        A = self.monolith.matrix(self.parameters(q))
+        A = self.monolith.matrix(self.parameters(q), self.equilibrium(q) if self.settled else None)
         drift = np.abs(A @ self._shifts)
         if drift.size and drift.max() > SAME * np.abs(A).max():
             row, column = np.unravel_index(drift.argmax(), drift.shape)
@@ -125,6 +128,24 @@ class AtRest:
         n = self.monolith.x0.size
         whole = np.array(self._sensitivity(np.zeros(n), self.parameters(q)))
         return np.array([self._T @ column.reshape((n, n), order="F") @ self._S for column in whole.T])
+
+    def equilibrium(self, q: Sequence[float] | np.ndarray) -> np.ndarray:
+        """All states where nothing accelerates, near zero, shape (n_x,): Newton steps, the smallest where many would do.
+
+        Raises
+        ------
+        ValueError
+            Where the steps do not get smaller.
+        """
+        p, x = self.parameters(q), np.zeros(self.monolith.x0.size)
+        for _ in range(NEWTON):
+            rates = self._T @ np.array(self.monolith.f(x, p)).ravel()
+            A = self._T @ self.monolith.matrix(p, x) @ self._S
+            step = np.linalg.lstsq(A, rates, rcond=1e-12)[0]
+            x = x - self._S @ step
+            if np.abs(step).max() < SETTLED:
+                return x
+        raise ValueError(f"system {self.system.name!r} must have an equilibrium near where its states are zero; none was found")
 
     def rest_error(self, q: Sequence[float] | np.ndarray) -> float:
         """How far the equilibrium is from z = 0 (the largest of the states, each in its SI unit), by one Newton step."""
