@@ -144,7 +144,7 @@ class AtRest:
             step = np.linalg.lstsq(A, rates, rcond=1e-12)[0]
             x = x - self._S @ step
             if np.abs(step).max() < SETTLED:
-                return x
+                return np.asarray(x)
         raise ValueError(f"system {self.system.name!r} must have an equilibrium near where its states are zero; none was found")
 
     def rest_error(self, q: Sequence[float] | np.ndarray) -> float:
