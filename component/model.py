@@ -35,12 +35,16 @@ class Bond:
         The axis about or along which both act, such as "yaw".
     motion, effort : str
         Names of an input and an output, in either order: a rate or velocity, and the moment or force about the same axis.
+    inertia : str
+        What of the unit's inertia about the axis rides on the body that carries it. Of a unit: the parameter that is it, or a
+        number (kg m2). Of what carries: the parameter that it is to be given as. Empty: nothing is stated.
     """
 
     connector: str
     axis: str
     motion: str
     effort: str
+    inertia: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -23,7 +23,7 @@ import casadi as ca
 from gyro_cosim.component import Component, Variable, build, output, state
 
 from .lean_parameters import CENTRED_FULL, CENTRED_SMALL
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, SINGLE_GIMBAL
 from .scene import gimbal
 
 __all__ = ["centred_full", "centred_small"]
@@ -92,5 +92,5 @@ def centred_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GIMBAL, *CENTRING, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *CENTRING, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=SINGLE_GIMBAL,
     )  # fmt: skip

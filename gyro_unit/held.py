@@ -9,9 +9,8 @@
 
     (M_x, M_y, M_z) = -omega x H e_x = (0, -H psi', H theta')                   (3)
 
-which does no work: M_y theta' + M_z psi' = 0. The locked gimbal's own inertia about y would ride on the frame as those
-about x and z always do; with a free gimbal it does not, and since no acceleration crosses the interface it is left
-out here.
+which does no work: M_y theta' + M_z psi' = 0. The locked gimbal's own inertia about y rides on the frame as those about x and
+z do, which the connector says; with a free gimbal it does not.
 
 Energy: E' = -(sum of moment times rate) - c eta'^2, exactly, with E = (I_y omega_y^2 + k eta^2) / 2 in `off`, E = 0 in `locked`
 (the rotor keeps its speed in the gimbal, so its energy is a constant, left out).
@@ -24,7 +23,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output
 
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, bonds
 from .parameters import FULL, SMALL
 from .scene import gimbal
 
@@ -114,17 +113,24 @@ def locked_full() -> Component:
     return _fixed("locked_full", "Full-scale gyro unit with its gimbal locked", FULL)
 
 
+def _start(parameters: tuple[Variable, ...], name: str) -> str:
+    """What a parameter that the variant has not is in its table, as text."""
+    return repr(next(v.start for v in parameters if v.name == name))
+
+
 def _resting(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
-    table = tuple(v for v in parameters if v.name not in ROTOR)
+    table, spin = tuple(v for v in parameters if v.name not in ROTOR), _start(parameters, "rotor_inertia")
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=OFF,
-        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *table), model=_off, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *table), model=_off, internal_step=1e-3,
+        bonds=bonds(roll=spin, pitch="0", yaw="gimbal_inertia"),
     )  # fmt: skip
 
 
 def _fixed(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
-    table = tuple(v for v in parameters if v.name in ROTOR)
+    table, across = tuple(v for v in parameters if v.name in ROTOR), _start(parameters, "gimbal_inertia")
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=LOCKED,
-        variables=(*CONNECTOR, *FIXED, *ENERGY, *table), model=_locked, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *FIXED, *ENERGY, *table), model=_locked, internal_step=1e-3,
+        bonds=bonds(roll="rotor_inertia", pitch=across, yaw=across),
     )  # fmt: skip

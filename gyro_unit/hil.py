@@ -28,7 +28,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output, state
 
-from .mount import BONDS, CONNECTOR
+from .mount import CONNECTOR
 from .noise import Stream
 from .nonlinear import nonlinear_full, nonlinear_small
 from .rig_parameters import RIG_FULL, RIG_SMALL
@@ -226,7 +226,7 @@ def behind_rig(plant: Component, *, variant: str = "hil", rig: Sequence[Variable
     return build(
         scene=plant.scene, name=plant.name, variant=variant, description=f"Test rig around: {plant.description}",
         equations=EQUATIONS + plant.equations, variables=rows, model=machine.motion, sample=machine.sample, sample_period=tick,
-        internal_step=min(plant.internal_step, tick), method=plant.method, bonds=BONDS,
+        internal_step=min(plant.internal_step, tick), method=plant.method, bonds=plant.bonds,
     )  # fmt: skip
 
 

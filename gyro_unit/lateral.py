@@ -10,8 +10,8 @@ the frame is (0, cos(eta), -sin(eta)); omega_x is the gimbal's absolute rate abo
 same impedance as one that spins about x (src/cosim/railway/yaw_impedance.py), so where the spin points makes no difference
 there; but in a curve this gimbal leans sideways and loads its frame with a roll moment, H v / R, in place of a pitch moment.
 
-A vehicle carries the inner gimbal's roll inertia on its frame, which here is the unit's: set `inner_gimbal_ixx` to 0. Its pitch
-inertia, which then rides on the frame, is left out, as no acceleration crosses the interface.
+The gimbal's roll inertia is a state of the unit; the rotor's, about y, rides on the frame, and so does the gimbal's about z: the
+connector says so.
 
 Energy: E = I_x omega_x^2 / 2 + k eta^2 / 2 gives E' = -(M_x phi' + M_y theta' + M_z psi') - c eta'^2, exactly.
 Source: our derivation, from nonlinear.py by rotation. The idea of a traction motor as a gyroscopic damper is that of Yoshino,
@@ -24,7 +24,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, state
 
-from .mount import BONDS, CONNECTOR, ENERGY
+from .mount import CONNECTOR, ENERGY, bonds
 from .parameters import FULL, SMALL
 from .scene import ROLL, gimbal
 
@@ -91,5 +91,6 @@ def lateral_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(ROLL), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *ROLLING, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *ROLLING, *ENERGY, *parameters), model=_motion, internal_step=1e-3,
+        bonds=bonds(roll="0", pitch="rotor_inertia", yaw="gimbal_inertia"),
     )  # fmt: skip

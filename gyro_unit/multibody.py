@@ -9,7 +9,9 @@ Gimbal and rotor together have the momentum L = (A omega_x1 + C W) e_x1 + B omeg
 its spin axis, W its absolute spin rate, B both about y, A both about z1 and the gimbal about x1, taken as equal. Then
 A (omega_x1 e_x1 + omega_z1 e_z1) = A (phi' e_x + psi' e_z) is fixed in the frame whatever eta: it RIDES ON THE FRAME, as the
 inertia A about x and z that the vehicle carries. So no acceleration crosses the interface, and nothing is lost. (For unequal
-inertias a term would be missing, their difference times a frame acceleration times sin(eta); no table separates them.)
+inertias a term is missing, their difference times a frame acceleration times sin(eta). Table 2 has one roll inertia for gimbal
+and rotor, 22.04 kg m2, which is C here and has its state W: about x nothing is left to ride on the frame, and the connector
+says so.)
 The frame exerts on the rest, C W e_x1 + B omega_y e_y, the moment at which that changes, and feels its reaction; the first
 part turns with the gimbal's absolute rate, the second with the frame's (Euler's equations):
 
@@ -40,7 +42,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, output, state
 
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, bonds
 from .parameters import FULL, SMALL
 from .rotor_parameters import ROTOR_FULL, ROTOR_SMALL
 from .scene import gimbal
@@ -140,5 +142,6 @@ def multibody_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GIMBAL, *ROTOR, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *ROTOR, *ENERGY, *parameters), model=_motion, internal_step=1e-3,
+        bonds=bonds(roll="0", pitch="0", yaw="gimbal_inertia"),
     )  # fmt: skip

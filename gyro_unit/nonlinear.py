@@ -24,7 +24,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build
 
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, SINGLE_GIMBAL
 from .parameters import FULL, SMALL
 from .scene import gimbal
 
@@ -101,5 +101,5 @@ def consistent() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=SINGLE_GIMBAL,
     )  # fmt: skip

@@ -26,7 +26,7 @@ import casadi as ca
 from gyro_cosim.component import Component, Variable, build
 
 from .lean_parameters import PROGRESSIVE_FULL, PROGRESSIVE_SMALL
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, SINGLE_GIMBAL
 from .scene import gimbal
 
 __all__ = ["progressive_full", "progressive_small"]
@@ -91,5 +91,5 @@ def progressive_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=SINGLE_GIMBAL,
     )  # fmt: skip

@@ -10,8 +10,9 @@ The unit knows of the curvature what its connector tells: the frame's yaw rate, 
 
 e_x1 = (cos(eta), 0, -sin(eta)) spin axis, e_z1 = (sin(eta), 0, cos(eta)), omega_z1 = psi' cos(eta) + phi' sin(eta). The motor
 pushes against the gimbal, so the frame feels -T about the spin axis: (5) is the change of the rotor's momentum C W e_x1, as in
-multibody.py, less its terms of second order. The controller holds the absolute spin: then the rotor does not follow
-the frame's roll, and its inertia about x, which the vehicle carries, is not counted twice. For f = 1 the unit is nonlinear.py.
+multibody.py, less its terms of second order. The controller holds the absolute spin: the rotor does not follow the frame's roll,
+and its inertia about x has a state here, so the vehicle must not carry it (`bonds`). For f = 1 the unit is nonlinear.py, but
+for that inertia.
 
 A rate cannot tell a tight curve run slowly from a wide one run fast, v / R is all it says; and what the filter does not hold
 back of the vehicle's own yaw motion changes the spin too.
@@ -28,7 +29,7 @@ import casadi as ca
 from gyro_cosim.component import Component, Variable, build, output, state
 
 from .lean_parameters import SCHEDULED_FULL, SCHEDULED_SMALL
-from .mount import BONDS, CONNECTOR, ENERGY, GIMBAL
+from .mount import CONNECTOR, ENERGY, GIMBAL, bonds
 from .scene import gimbal
 
 __all__ = ["scheduled_full", "scheduled_small"]
@@ -110,5 +111,6 @@ def scheduled_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbal(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GIMBAL, *SCHEDULE, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GIMBAL, *SCHEDULE, *ENERGY, *parameters), model=_motion, internal_step=1e-3,
+        bonds=bonds(roll="0", pitch="0", yaw="gimbal_inertia"),
     )  # fmt: skip

@@ -13,7 +13,7 @@ that the spring sits in the gear and leaves the frame alone: in a steady curve M
 with H psi'. What is left, (3) and (4), is of second order and does no work. With theta' = phi' = 0 it is nonlinear.py.
 
 H, I_y, k, c : of both rotors and gimbals together. Their inertia about y under the frame's own pitch, I_y theta'', rides on the
-frame like those about x and z.
+frame like those about x and z, and the connector says so (`bonds`).
 Energy: E = (I_y eta'^2 + k eta^2) / 2 gives E' = -(M_x phi' + M_y theta' + M_z psi') - c eta'^2, exactly.
 Source: our derivation from the angular momentum balance; no such gyro unit is in the paper.
 """
@@ -24,7 +24,7 @@ import casadi as ca
 
 from gyro_cosim.component import Component, Variable, build, state
 
-from .mount import BONDS, CONNECTOR, ENERGY
+from .mount import CONNECTOR, ENERGY, bonds
 from .parameters import FULL, SMALL
 from .scene import gimbals
 
@@ -88,5 +88,6 @@ def twin_full() -> Component:
 def _variant(variant: str, description: str, parameters: tuple[Variable, ...]) -> Component:
     return build(
         scene=gimbals(), name="gyro_unit", variant=variant, description=description, equations=EQUATIONS,
-        variables=(*CONNECTOR, *GEARED, *ENERGY, *parameters), model=_motion, internal_step=1e-3, bonds=BONDS,
+        variables=(*CONNECTOR, *GEARED, *ENERGY, *parameters), model=_motion, internal_step=1e-3,
+        bonds=bonds(roll="rotor_inertia", pitch="gimbal_inertia", yaw="gimbal_inertia"),
     )  # fmt: skip

@@ -180,8 +180,8 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
     def longest_step(s: dict[str, ca.SX]) -> Any:
         return wheel_frame.longest_step(s, wheel_load(s), *frame_mass(s), s["speed"] + s["body_speed_deviation"])
 
-    bonds = tuple(Bond(end, axis, motion=f"{end}_{axis}_rate", effort=f"{end}_{axis}_moment")
-                  for end in ENDS for axis in ("yaw", "roll", "pitch"))  # fmt: skip
+    bonds = tuple(Bond(end, axis, f"{end}_{axis}_rate", f"{end}_{axis}_moment", f"inner_gimbal_i{about}{about}")
+                  for end in ENDS for axis, about in (("yaw", "z"), ("roll", "x"), ("pitch", "y")))  # fmt: skip
     return build(name="vehicle", variant=variant, description=description, equations=EQUATIONS, variables=rows, model=model,
                  internal_step=internal_step, bonds=bonds, longest_step=longest_step,
                  scene=_scene(rows, design))  # fmt: skip

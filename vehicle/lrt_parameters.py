@@ -62,7 +62,9 @@ MASSES = (
     parameter("outer_gimbal_izz", 24.03, "kg.m2", "yaw inertia of the outer gimbal", source=TABLE, min=0.0),
     parameter("inner_gimbal_mass", 500.0, "kg", "mass of inner gimbal and rotor", source=TABLE, min=0.0),
     parameter("inner_gimbal_ixx", 22.04, "kg.m2", "roll inertia of inner gimbal and rotor", source=TABLE, min=0.0),
-    parameter("inner_gimbal_izz", 26.45, "kg.m2", "yaw inertia of inner gimbal and rotor; that of pitch belongs to the gyro unit",
+    parameter("inner_gimbal_iyy", 0.0, "kg.m2", "pitch inertia of inner gimbal and rotor that turns with the frame; that of "
+              "a single gimbal belongs to the gyro unit", source="a single gimbal", min=0.0),
+    parameter("inner_gimbal_izz", 26.45, "kg.m2", "yaw inertia of inner gimbal and rotor",
               source=TABLE, min=0.0),
 )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """One end of the vehicle: wheel frame, its two wheels on the rails, its suspension under the body, and its drive.
 
 The drive pushes the frame at the axle, F = drag of straight track + gain (v - v_x of the body) / 2. The masses of outer and
-inner gimbal ride on the frame, all but the inner gimbal's pitch inertia, which is the gyro unit's state.
+inner gimbal ride on the frame, but for what has a state in the gyro unit: of a single gimbal its pitch inertia.
 """
 
 from collections.abc import Mapping
@@ -100,13 +100,13 @@ def rate_rows(prefix: str, v_dot: ca.SX, omega_dot: ca.SX) -> dict[str, Any]:
 
 
 def frame_mass(s: Mapping[str, ca.SX]) -> tuple[Any, tuple[Any, Any, Any]]:
-    """(mass, (J_x, J_y, J_z)) of a wheel frame with wheels and gimbals; J_y without the wheels' and the inner gimbal's own."""
+    """(mass, (J_x, J_y, J_z)) of a wheel frame with wheels and gimbals; J_y without the wheels' own."""
     b2 = s["contact_half_distance"] ** 2
     m = s["frame_mass"] + 2 * s["wheel_mass"] + s["outer_gimbal_mass"] + s["inner_gimbal_mass"]
     wheels = 2 * (s["wheel_ixx"] + s["wheel_mass"] * b2)
     return m, (
         s["frame_ixx"] + wheels + s["outer_gimbal_ixx"] + s["inner_gimbal_ixx"],
-        s["frame_iyy"] + s["outer_gimbal_iyy"],
+        s["frame_iyy"] + s["outer_gimbal_iyy"] + s["inner_gimbal_iyy"],
         s["frame_izz"] + wheels + s["outer_gimbal_izz"] + s["inner_gimbal_izz"],
     )
 

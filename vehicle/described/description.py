@@ -84,10 +84,14 @@ class Wheelset:
 
 @dataclass(frozen=True)
 class Mount:
-    """Where a gyro unit rides: three moments come in, the body's three absolute rates go out."""
+    """Where a gyro unit rides: three moments come in, the body's three absolute rates go out.
+
+    carries : by axis the parameter of the file that holds what of the unit's inertia turns with the body.
+    """
 
     name: str
     body: str
+    carries: Mapping[str, str]
 
 
 @dataclass(frozen=True)

@@ -237,7 +237,13 @@ def _wheelset(one: Section, name: str, flange_side: int) -> Wheelset:
 
 
 def _mount(one: Section, name: str) -> Mount:
-    mount = Mount(name, one.text("on"))
+    table = one.table("carries", INERTIA)
+    carries = {axis: table.text(axis) for axis in INERTIA if table.has(axis)}
+    for axis, row in carries.items():
+        known = [row.name for row in one.book.rows.values() if row.unit == "kg.m2"]
+        if row not in known:
+            raise one.book.unknown(table.key(axis), "parameter in kg.m2", row, known)
+    mount = Mount(name, one.text("on"), carries)
     one.end()
     return mount
 

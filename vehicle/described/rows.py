@@ -100,6 +100,8 @@ def _mounts(d: Description, there: set[str]) -> list[Variable]:
 
 def bonds(d: Description) -> tuple[Bond, ...]:
     """The power bonds of the mounts."""
+    about = {"yaw": "z", "roll": "x", "pitch": "y"}
     return tuple(
-        Bond(mount, axis, motion=f"{mount}_{axis}_rate", effort=f"{mount}_{axis}_moment") for mount in d.mounts for axis in AXES
-    )
+        Bond(mount.name, axis, f"{mount.name}_{axis}_rate", f"{mount.name}_{axis}_moment", mount.carries.get(about[axis], ""))
+        for mount in d.mounts.values() for axis in AXES
+    )  # fmt: skip

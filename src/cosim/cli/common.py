@@ -21,6 +21,7 @@ from ..master import Progress
 from ..ssp import system as named_system
 from ..systems import System
 from ..systems.catalogue import described_by, systems
+from ..systems.riding import settled
 from .kept import voice
 from .log import shown_plainly
 from .settings import applied, words
@@ -91,6 +92,8 @@ def chosen_system(
     """The system called `name` with --vehicle, --gyro, --swap, --params, --set and the others applied, in this order."""
     plan = named_system(name) if isinstance(name, str) else name
     plan = applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
+    if gyro or vehicle or swaps or params or any("inertia" in text or "=" in text.partition("=")[2] for text in values or ()):
+        plan = settled(plan)
     for component in exchanged or ():
         plan = plan.with_implementation(component, "ModelExchange")
     if tolerance is None:

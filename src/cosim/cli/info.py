@@ -1,5 +1,7 @@
 """cosim info: what an FMU or a system holds."""
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Annotated, Any
 
 import typer
@@ -15,6 +17,7 @@ from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
 from ..systems import archive, catalogue
+from ..systems.riding import Riding, riding
 from .common import AsJson, is_system, say
 
 CAPABILITIES = (
@@ -43,10 +46,18 @@ def command(
         say(as_json, lambda: found, *_component_words(found))
     else:
         plan = named_system(name)
+        carried = riding(plan)
         with Network(plan, [described_slave(c.name, c.source, c.implementation, c.given) for c in plan.components]) as network:
-            found = system_document(network)
-        say(as_json, lambda: found, *_system_words(found))
+            found = {**system_document(network), "riding": [{**asdict(one), "right": one.right} for one in carried]}
+        say(as_json, lambda: found, *_system_words(found), *_riding_words(carried))
     return 0
+
+
+def _riding_words(carried: Sequence[Riding]) -> list[str]:
+    """What of the units' inertia is lost or counted twice; one line where nothing is."""
+    wrong = [f"WARNING: {one.words()}" for one in carried if not one.right]
+    units = ", ".join(dict.fromkeys(one.unit for one in carried))
+    return wrong or [f"inertia of {units} on {carried[0].carrier}: all there, once"] if carried else []
 
 
 def _is_component(name: str) -> bool:

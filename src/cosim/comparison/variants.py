@@ -7,6 +7,7 @@ from pathlib import Path
 from ..slaves import open_slave
 from ..ssp import system as named_system
 from ..systems import System
+from ..systems.riding import settled
 from ..systems.swap import told_apart
 
 
@@ -52,7 +53,7 @@ def variant_plan(
         value = signal.value(chosen.get(signal.name, signal.start or 0.0))
         if isinstance(value, float):
             check_period(f"{first.name}.{signal.name}", value, step)
-    return plan, tuple(ignored)
+    return settled(plan), tuple(ignored)
 
 
 def check_period(name: str, period: float, step: float) -> None:

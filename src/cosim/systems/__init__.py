@@ -6,6 +6,7 @@ catalogue       what is installed: components, systems, exporters
 archive         files from elsewhere, which are not trusted
 courses         known functions of time: what follows a time series or a ramp
 series          time series of a file as inputs
+riding          what of a unit's inertia its carrier holds
 scenario        what happens during a run by plan
 quantities      what units and types two signals may have to be joined
 """
