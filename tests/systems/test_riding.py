@@ -11,7 +11,7 @@ from gyro_cosim import system
 from gyro_cosim.cli import main
 from gyro_cosim.gyro_unit import VARIANTS
 from gyro_cosim.systems import catalogue
-from gyro_cosim.systems.riding import riding, settled
+from gyro_cosim.systems.riding import inertia_on_carriers, settled
 
 FULL = [variant for variant in VARIANTS if variant.endswith("_full")]
 TABLE_2 = {"roll": 22.04, "pitch": 26.45, "yaw": 26.45}  # kg m2 of inner gimbal and rotor together
@@ -33,8 +33,8 @@ def test_a_units_inertia_is_all_there_once(variant: str) -> None:
     """Frame and unit turning rigidly about an axis, rotor not spinning: the unit's stored energy and that of what rides on the
     frame are together half its whole inertia. In `lateral` the rotor lies across, so roll and pitch change places."""
     plan = settled(system("lrt-curve").with_source("gyro", variant))
-    assert all(one.right for one in riding(plan))
-    carried = {one.axis: one.carried for one in riding(plan) if one.mount == "front"}
+    assert all(one.right for one in inertia_on_carriers(plan))
+    carried = {one.axis: one.carried for one in inertia_on_carriers(plan) if one.mount == "front"}
     unit = catalogue.component(f"gyro_unit:{variant}")
     names = [v.name for v in unit.states]
     p = [0.0 if v.name == "rotor_speed" else v.start for v in unit.parameters]
@@ -52,18 +52,18 @@ def test_a_units_inertia_is_all_there_once(variant: str) -> None:
 def test_the_vehicle_takes_what_its_units_say() -> None:
     plan = system("lrt-curve")
     assert settled(plan) is plan
-    wrong = [one for one in riding(plan.with_source("gyro", "twin_full")) if not one.right]
+    wrong = [one for one in inertia_on_carriers(plan.with_source("gyro", "twin_full")) if not one.right]
     assert [(one.mount, one.axis, one.carried, one.rides) for one in wrong] == [
         ("front", "pitch", 0.0, 26.45), ("rear", "pitch", 0.0, 26.45)
     ]  # fmt: skip
     assert wrong[0].words().endswith("26.45 lost (vehicle.inner_gimbal_iyy)")
     right = settled(plan.with_source("gyro", "twin_full"))
     assert right.notes[-1].startswith("vehicle.inner_gimbal_iyy = 26.45 kg m2")
-    twice = [one.words() for one in riding(plan.with_source("gyro", "multibody_full")) if not one.right]
+    twice = [one.words() for one in inertia_on_carriers(plan.with_source("gyro", "multibody_full")) if not one.right]
     assert twice[0].endswith("22.04 counted twice (vehicle.inner_gimbal_ixx)")
     heavier = settled(plan.with_value("gyro.rotor_inertia", "44 kg.m2"))
-    assert all(one.right for one in riding(heavier))
-    assert next(one.carried for one in riding(heavier) if one.axis == "roll") == 44.0
+    assert all(one.right for one in inertia_on_carriers(heavier))
+    assert next(one.carried for one in inertia_on_carriers(heavier) if one.axis == "roll") == 44.0
     unlike = plan.with_value("gyro_front.rotor_inertia", 30.0)
     with pytest.raises(
         ValueError, match=r"vehicle.inner_gimbal_ixx must hold what rides at front and at rear: 30 and 22.04 kg m2"

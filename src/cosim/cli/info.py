@@ -17,7 +17,7 @@ from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import described
 from ..ssp import system as named_system
 from ..systems import archive, catalogue
-from ..systems.riding import Riding, riding
+from ..systems.riding import Riding, inertia_on_carriers
 from .common import AsJson, is_system, say
 
 CAPABILITIES = (
@@ -46,7 +46,7 @@ def command(
         say(as_json, lambda: found, *_component_words(found))
     else:
         plan = named_system(name)
-        carried = riding(plan)
+        carried = inertia_on_carriers(plan)
         with Network(plan, [described_slave(c.name, c.source, c.implementation, c.given) for c in plan.components]) as network:
             found = {**system_document(network), "riding": [{**asdict(one), "right": one.right} for one in carried]}
         say(as_json, lambda: found, *_system_words(found), *_riding_words(carried))

@@ -1,7 +1,8 @@
 """What of a unit's inertia rides on the body that carries it: said by the unit's connector, held by a parameter of the carrier.
 
 No acceleration crosses the interface, so a unit that has a state for an inertia keeps it, and all the rest must be in the
-carrier's own: none lost, none counted twice. `riding` compares the two, `settled` gives the carrier what its units say.
+carrier's own: none lost, none counted twice. `inertia_on_carriers` compares the two, `settled` gives the carrier what its
+units say.
 """
 
 from collections.abc import Mapping
@@ -16,7 +17,7 @@ from .elements import SystemComponent
 from .plan import System
 from .quantities import Quantity, meaning
 
-__all__ = ["Riding", "riding", "settled"]
+__all__ = ["Riding", "inertia_on_carriers", "settled"]
 
 SAME = 1e-9  # of an inertia
 
@@ -59,7 +60,7 @@ class Riding:
         return f"{what}, {self.rides:g} ride there: {abs(self.carried - self.rides):g} {wrong} ({self.carrier}.{self.parameter})"
 
 
-def riding(plan: System) -> tuple[Riding, ...]:
+def inertia_on_carriers(plan: System) -> tuple[Riding, ...]:
     """Every axis of every mount of which carrier and unit both say something; components of the catalogue and vehicle files.
 
     FMUs and Python files are not opened: of these nothing is said.
@@ -101,7 +102,7 @@ def settled(plan: System) -> System:
     wanted: dict[tuple[str, str], Riding] = {}
     notes = list(plan.notes)
     set_by_user = {part.name: part.values for part in plan.components}
-    for one in riding(plan):
+    for one in inertia_on_carriers(plan):
         key = (one.carrier, one.parameter)
         if one.parameter in set_by_user[one.carrier]:
             notes += [] if one.right else [one.words()]
