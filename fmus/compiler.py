@@ -13,8 +13,8 @@ from pathlib import Path
 from . import web
 
 __all__ = [
-    "FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "host", "host_compiler", "host_library",
-    "universal",
+    "FLAGS", "PLATFORMS", "CompilerError", "Platform", "chosen", "compile_libraries", "foreign_library", "host", "host_compiler",
+    "host_library", "universal",
 ]  # fmt: skip
 
 # No fused operations: the same bits everywhere; a square root is an instruction, not a call that may set errno.
@@ -148,6 +148,39 @@ def host_library(folder: Path, source: str, name: str) -> bytes:
     return compile_libraries(folder, {source: "-O2"}, name, {host(): True})[host()]
 
 
+def foreign_library(
+    folder: Path, sources: Sequence[str], name: str, definitions: Sequence[str], headers: Sequence[Path]
+) -> bytes:
+    """A shared library for this machine of C files that somebody else has written, so not held to our own rules.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds the files and all they include; objects and the library are written into it.
+    sources : sequence of str
+        The files, relative to `folder`.
+    name : str
+        Name of the library, without ending.
+    definitions : sequence of str
+        For the preprocessor, "NAME" or "NAME=VALUE".
+    headers : sequence of Path
+        Where else headers are looked for, after the folder of the file that includes them and `folder`.
+
+    Raises
+    ------
+    CompilerError
+        If the compiler is missing or refuses the code.
+    """
+    target = host()
+    options = ["-std=gnu99", "-O2", "-w", "-ffp-contract=off", *(f"-D{definition}" for definition in definitions)]
+    options += ["-I.", *(f"-I{place}" for place in headers)]  # never undefined at run time: unknown functions are refused
+    options += ["-Werror=implicit-function-declaration"]
+    command = _command(target, True)
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        objects = list(pool.map(lambda source: _object(folder, command, source, options, target, ()), sources))
+    return _link(folder, command, objects, name, target, ("m",))
+
+
 def _command(target: Platform, host_allowed: bool) -> list[str]:
     """Compiler and the options that both compiling and linking need."""
     of_host = host_compiler() if host_allowed else None
@@ -155,10 +188,12 @@ def _command(target: Platform, host_allowed: bool) -> list[str]:
     return of_host or (zig + web.headers() if target == WEB else zig)
 
 
-def _object(folder: Path, command: Sequence[str], source: str, options: Sequence[str], target: Platform) -> str:
+def _object(
+    folder: Path, command: Sequence[str], source: str, options: Sequence[str], target: Platform, flags: Sequence[str] = FLAGS
+) -> str:
     file = f"{source}-{target.name}.o"
     position = [] if target.suffix == ".dll" else ["-fPIC"]
-    _run([*command, *options, *FLAGS, *position, "-c", "-o", file, source], folder, target.name)
+    _run([*command, *options, *flags, *position, "-c", "-o", file, source], folder, target.name)
     return file
 
 

@@ -5,14 +5,16 @@ import hashlib
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import util
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 from .catalogue import cache_folder, entries, fingerprint
 
-__all__ = ["compiled", "compiler_id", "loaded", "of_component", "of_lanes"]
+__all__ = ["compiled", "compiler_id", "foreign", "loaded", "of_component", "of_lanes"]
 
 
 def of_component(made: Any) -> Path:
@@ -64,6 +66,41 @@ def of_lanes(sources: Mapping[str, str], width: int) -> Path:
     return _cached(hashlib.sha256(text.encode()).hexdigest()[:20], "lanes", sources, width)
 
 
+def foreign(folder: Path, sources: Sequence[str], name: str, definitions: Sequence[str], headers: Sequence[Path]) -> Path:
+    """Somebody else's C code as a shared library for this machine, kept by the content of `folder` and how it is compiled.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds the sources and what they include; intermediate files are written there.
+    sources : sequence of str
+        The C files, relative to `folder`.
+    name : str
+        Of the library, without ending.
+    definitions : sequence of str
+        For the preprocessor, "NAME" or "NAME=VALUE".
+    headers : sequence of Path
+        Folders of headers that the sources may lack.
+
+    Returns
+    -------
+    Path
+        The file, in the user's cache.
+
+    Raises
+    ------
+    RuntimeError
+        There is no compiler, or it refuses the code.
+    """
+    digest = hashlib.sha256(
+        repr((list(sources), list(definitions), platform.platform(), os.environ.get("CC"), compiler_id())).encode()
+    )
+    for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+        digest.update(f"{file.relative_to(folder).as_posix()} {hashlib.sha256(file.read_bytes()).hexdigest()} ".encode())
+    entry = _compiler("foreign")
+    return _kept(f"fmu-{digest.hexdigest()[:20]}", partial(entry.load(), folder, sources, name, definitions, headers))
+
+
 def loaded(made: Callable[[], Path]) -> ctypes.PyDLL:
     """Load the library that `made` gives; one that cannot be loaded, cut short say, is made anew.
 
@@ -85,9 +122,14 @@ def _cached(name: str, kind: str, *arguments: Any) -> Path:
     entry = next((e for e in entries("libraries") if e.name == kind), None)
     if entry is None:
         raise RuntimeError(f"no package that is installed offers libraries of the kind {kind!r}")
+    return _kept(name, partial(entry.load(), *arguments))
+
+
+def _kept(name: str, make: Callable[[], bytes]) -> Path:
+    """The library `name` in the user's cache, made if it is not there."""
     file = cache_folder().parent / "library" / f"{name}.so"
     if not file.is_file():
-        data: bytes = entry.load()(*arguments)
+        data = make()
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=file.parent) as scratch:
             (Path(scratch) / "ready").write_bytes(data)
@@ -110,16 +152,20 @@ def compiled(folder: Path, source: str, name: str) -> bytes:
     RuntimeError
         There is no compiler, or it refuses the code.
     """
-    entry = next(iter(entries("compilers")), None)
+    library: bytes = _compiler("c").load()(folder, source, name)
+    return library
+
+
+def _compiler(name: str) -> EntryPoint:
+    entry = next((entry for entry in entries("compilers") if entry.name == name), None)
     if entry is None:
         raise RuntimeError("no package that is installed offers a C compiler")
-    library: bytes = entry.load()(folder, source, name)
-    return library
+    return entry
 
 
 def compiler_id() -> str:
     """What decides on the code of compiled() besides the source: the compiler that is asked, and how it is asked."""
-    entry = next(iter(entries("compilers")), None)
+    entry = next((entry for entry in entries("compilers") if entry.name == "c"), None)
     if entry is None:
         return ""
     spec = util.find_spec(entry.module)

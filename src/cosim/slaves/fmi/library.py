@@ -36,12 +36,16 @@ def folders() -> tuple[str, str]:
     return (old if machine == "x86_64" or system == "darwin" else f"{machine}-{system}"), f"{machine}-{system}"
 
 
+def library_file(folder: Path, version: str, identifier: str) -> Path:
+    """Where the library for this machine is in an FMU of FMI `version` unpacked in `folder`, if it has one."""
+    return folder / "binaries" / folders()[version == "3"] / f"{identifier}{SUFFIX}"
+
+
 class Library:
     """The library of the FMU unpacked in `folder`; `where` begins every complaint."""
 
     def __init__(self, folder: Path, version: str, identifier: str, where: str) -> None:
-        name = folders()[version == "3"]
-        file = folder / "binaries" / name / f"{identifier}{SUFFIX}"
+        name, file = folders()[version == "3"], library_file(folder, version, identifier)
         if not file.is_file():
             binaries = folder / "binaries"
             held = sorted(p.name for p in binaries.iterdir() if any(p.iterdir())) if binaries.is_dir() else []
@@ -54,7 +58,9 @@ class Library:
                 self._library = ctypes.CDLL(str(file), winmode=0x8)  # on Windows: look beside the file for what it needs
         except OSError as error:
             raise ValueError(f"{where}: its binary cannot be loaded: {error}") from None
-        self._where, self._begin = where, f"{identifier}_" if version == "1" else ""
+        self._where = where
+        prefixed = version == "1" or hasattr(self._library, f"{identifier}_fmi{version}GetVersion")  # as FMUs of sources may be
+        self._begin = f"{identifier}_" if prefixed else ""
         self._functions: dict[tuple[Any, ...], Any] = {}
 
     def function(self, name: str, *types: Any, result: Any = ctypes.c_uint) -> Any:

@@ -7,8 +7,9 @@ from typing import Any
 from ...systems import archive, catalogue
 from ..description import SlaveDescription
 from ..scratch import ScratchFolder
+from . import sources
 from .description import MEMBER, Description, read
-from .library import Library, formatting_proxy
+from .library import Library, formatting_proxy, library_file
 from .log import Log
 from .signals import described
 
@@ -41,7 +42,11 @@ class OpenedFmu:
         try:
             with archive.opened(location) as members:
                 archive.unpack(members, self.folder, ("binaries/", "resources/", MEMBER))
-            identifier = self.model.interfaces[self.model.interface]["modelIdentifier"]
+                identifier = self.model.interfaces[self.model.interface]["modelIdentifier"]
+                binary = library_file(self.folder, self.model.version, identifier)
+                if not binary.is_file():
+                    archive.unpack(members, self.folder, (f"{sources.FOLDER}/",))
+                    sources.compile_into(self.folder, self.model, binary, f"FMU {location!r}")
             self.library = Library(self.folder, self.model.version, identifier, f"FMU {location!r}")
         except BaseException:
             self._scratch.remove()

@@ -1,0 +1,102 @@
+"""FMUs that carry no binary for this machine are compiled from their sources, where they list them."""
+
+import re
+import zipfile
+
+import numpy as np
+import pytest
+
+from gyro_cosim.cli import main
+from gyro_cosim.fmus import export
+from gyro_cosim.systems.catalogue import component
+from gyro_cosim.trajectory import read_results
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """The linear gyro unit as FMUs of FMI 2.0 and 3.0, with binary and sources, by version."""
+    folder = tmp_path_factory.mktemp("exported")
+    return {version: export(component("gyro_unit:linear"), folder / version, fmi=(version[0],))[0] for version in ("2.0", "3.0")}
+
+
+def changed(fmu, file, change=lambda name, text: text):
+    """A copy without binaries, whose texts `change` has seen; None leaves a member out."""
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(file, "w") as target:
+        for name in source.namelist():
+            if name.startswith("binaries/"):
+                continue
+            data = source.read(name)
+            if name.endswith((".xml", ".c", ".h")):
+                text = change(name, data.decode())
+                if text is None:
+                    continue
+                data = text.encode()
+            target.writestr(name, data)
+    return file
+
+
+def run(file, output):
+    return main(["run", str(file), "--stop", "1", "--step", "1e-3", "--output", str(output)])
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_an_fmu_of_sources_gives_the_bits_of_its_binary(exported, version, tmp_path):
+    prefixed = changed(exported[version], tmp_path / "sources.fmu")
+    assert run(exported[version], tmp_path / "binary.csv") == 0
+    assert run(prefixed, tmp_path / "sources.csv") == 0
+    binary, sources = (read_results(tmp_path / f"{name}.csv") for name in ("binary", "sources"))
+    assert np.array_equal(binary.values, sources.values)
+    assert len(binary.t) == 1001
+
+
+def lists(names):
+    """Another list of sources, in both versions' words."""
+
+    def change(name, text):
+        if name == "modelDescription.xml":
+            files = "".join(f'<File name="{n}"/>' for n in names)
+            return re.sub(
+                r"<SourceFiles>.*?</SourceFiles>", f"<SourceFiles>{files}</SourceFiles>" if names else "", text, flags=re.S
+            )
+        return text
+
+    return change
+
+
+def drop(name, text):
+    return None if name == "sources/fmu.c" else text
+
+
+def broken(name, text):
+    return text + "\nint unfinished( {\n" if name == "sources/fmu.c" else text
+
+
+def other_language(name, text):
+    return text.replace('language="C99"', 'language="C++17"') if name.endswith("buildDescription.xml") else text
+
+
+def needs_a_library(name, text):
+    if not name.endswith("buildDescription.xml"):
+        return text
+    return text.replace("</BuildConfiguration>", '<Library name="lapack" external="true"/></BuildConfiguration>')
+
+
+@pytest.mark.parametrize(
+    ("version", "change", "words"),
+    [
+        ("2.0", lists([]), "must list its sources in SourceFiles to be compiled"),
+        ("2.0", lists(["../fmu.c"]), "must list sources inside the FMU, lists '../fmu.c'"),
+        ("2.0", lists(["-shared"]), "must list sources inside the FMU, lists '-shared'"),
+        ("2.0", drop, "must hold the source that it lists, sources/fmu.c"),
+        ("2.0", broken, "its sources do not compile"),
+        ("3.0", other_language, "its buildDescription.xml must list sources in C, lists C++17"),
+        ("3.0", needs_a_library, "must need no library from elsewhere, needs lapack"),
+    ],
+)
+def test_sources_that_cannot_be_compiled_are_refused_in_a_line(exported, version, change, words, tmp_path, capsys):
+    file = changed(exported[version], tmp_path / "broken.fmu", change)
+    assert run(file, tmp_path / "x.csv") == 2
+    told = capsys.readouterr().err
+    assert words in told
+    assert told.count("\n") == 1
+    assert not (tmp_path / "x.csv").exists()
