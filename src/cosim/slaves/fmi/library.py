@@ -9,7 +9,6 @@ import platform
 import shutil
 import sys
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +61,7 @@ class Library:
         prefixed = version == "1" or hasattr(self._library, f"{identifier}_fmi{version}GetVersion")  # as FMUs of sources may be
         self._begin = f"{identifier}_" if prefixed else ""
         self._functions: dict[tuple[Any, ...], Any] = {}
+        self._formatting: ctypes.CDLL | None = None
 
     def function(self, name: str, *types: Any, result: Any = ctypes.c_uint) -> Any:
         """The function `name`; ValueError if the library lacks it. Its status is above all that FMI knows where it is below 0."""
@@ -85,9 +85,17 @@ class Library:
         if self._library is not None and _foreign_threads() > self._threads:
             _log.warning("%s has left threads running, so its library stays loaded", self._where)
             self._library = None  # type: ignore[assignment]
-        if self._library is not None:
-            getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(self._library._handle)
-            self._library = None  # type: ignore[assignment]
+            self._formatting = None
+        for library in (self._library, self._formatting):  # in this order: the first may still log
+            if library is not None:
+                getattr(_ctypes, "FreeLibrary" if sys.platform == "win32" else "dlclose")(library._handle)
+        self._library = self._formatting = None  # type: ignore[assignment]
+
+    def format_messages(self, callbacks: Any, folder: Path) -> None:
+        """Put a logger that formats messages in front of that of an FMU's fmi2CallbackFunctions, where there is one."""
+        self._formatting = formatting_library(folder)
+        if self._formatting is not None:
+            self._formatting.addLoggerProxy(ctypes.byref(callbacks))
 
 
 def _foreign_threads() -> int:
@@ -99,11 +107,11 @@ def _foreign_threads() -> int:
     return len(numbers - {thread.native_id for thread in threading.enumerate()})
 
 
-def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:
+def formatting_library(folder: Path) -> ctypes.CDLL | None:
     """FMI 2.0's logger gets printf arguments, which Python cannot read. FMPy ships a few lines of C that format them.
 
-    They keep the logger they serve in a static variable, so every FMU gets a copy of its own. None where FMPy has none for
-    this machine; a message then shows its format.
+    They keep the logger they serve in a static variable, so every FMU gets a copy of its own, in `folder`. None where FMPy has
+    none for this machine; a message then shows its format.
     """
     spec = importlib.util.find_spec("fmpy")
     for place in (spec.submodule_search_locations or ()) if spec else ():
@@ -112,9 +120,9 @@ def formatting_proxy(folder: Path) -> Callable[[Any], None] | None:
             copy = folder / f"logging{SUFFIX}"
             shutil.copyfile(file, copy)
             try:
-                add = ctypes.CDLL(str(copy)).addLoggerProxy
+                library = ctypes.CDLL(str(copy))
+                library.addLoggerProxy.argtypes, library.addLoggerProxy.restype = [ctypes.c_void_p], None
             except (OSError, AttributeError):
                 return None
-            add.argtypes, add.restype = [ctypes.c_void_p], None
-            return add
+            return library
     return None

@@ -9,7 +9,7 @@ from ..description import SlaveDescription
 from ..scratch import ScratchFolder
 from . import sources
 from .description import MEMBER, Description, read
-from .library import Library, formatting_proxy, library_file
+from .library import Library, library_file
 from .log import Log
 from .signals import described
 
@@ -79,10 +79,8 @@ class OpenedFmu:
         if self._formatted is None:
             logger = LOGGER_2(self._on_message)
             callbacks = Callbacks2(logger)
-            proxy = formatting_proxy(self.folder)
-            if proxy is not None:
-                proxy(ctypes.byref(callbacks))
-            self._kept = [logger, callbacks, proxy]
+            self.library.format_messages(callbacks, self.folder)
+            self._kept = [logger, callbacks]
             self._formatted = ctypes.cast(callbacks.logger, ctypes.c_void_p).value
         return LOGGER_2(self._formatted)
 
