@@ -7,15 +7,17 @@ units say.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gyro_cosim.component import Component, Variable
 from gyro_cosim.component.units import quantity
 
 from . import catalogue
 from .elements import SystemComponent
 from .plan import System
 from .quantities import Quantity, meaning
+
+if TYPE_CHECKING:  # at run time they would load CasADi, which a run of built FMUs does without
+    from gyro_cosim.component import Component, Variable
 
 __all__ = ["Riding", "inertia_on_carriers", "settled"]
 
@@ -68,7 +70,7 @@ def inertia_on_carriers(plan: System) -> tuple[Riding, ...]:
     parts = {part.name: part for part in plan.components}
     made: dict[str, Component | None] = {}
 
-    def component(name: str) -> Component | None:
+    def component(name: str) -> "Component | None":
         if name not in made:
             source = parts[name].source
             known = source.partition(":")[0] in catalogue.components() or source.endswith(".toml")
@@ -121,13 +123,13 @@ def settled(plan: System) -> System:
     return replace(plan, components=components, notes=tuple(dict.fromkeys(notes))) if notes != list(plan.notes) else plan
 
 
-def _number(text: str, made: Component, part: SystemComponent) -> float:
+def _number(text: str, made: "Component", part: SystemComponent) -> float:
     """A parameter's value in this system (SI), or the number that the text is."""
     row = next((v for v in made.parameters if v.name == text), None)
     return float(text) if row is None else _given(part.given, row)
 
 
-def _given(values: Mapping[str, Any], row: Variable) -> float:
+def _given(values: Mapping[str, Any], row: "Variable") -> float:
     value = values.get(row.name, row.start)
     if isinstance(value, Quantity):
         return value.expressed(meaning(row.unit))
