@@ -12,7 +12,9 @@ DEVELOP := .venv/.develop
 
 run: $(READY)
 	@mkdir -p results
-	$(BIN)/cosim run lrt-curve --set vehicle.speed=8 --gyro nonlinear --set gyro.rotor_speed=2000rpm --record-every 10 --output results/lrt-curve.csv --plot results/lrt-curve.png
+	$(BIN)/cosim run lrt-curve --set vehicle.speed=8 --gyro nonlinear --set gyro.rotor_speed=2000rpm --record-every 10 --output results/lrt-curve.csv
+	@$(BIN)/cosim run lrt-curve --set vehicle.speed=8 --gyro off --record-every 10 --output results/lrt-curve-off.csv > results/lrt-curve-off.txt || [ $$? = 1 ]
+	@$(BIN)/cosim plot results/lrt-curve.csv results/lrt-curve-off.csv --label "gyro units at 2000 rpm" --label "gyro units off" -o results/lrt-curve.png
 
 test: $(DEVELOP)
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile

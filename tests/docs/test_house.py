@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PARTS = ("component", "vehicle", "gyro_unit", "fmus")  # an editable install maps them: a walk of gyro_cosim alone misses them
 FOLDERS = ("src/cosim", *PARTS)
-BESIDE_THE_WINGS = {"__init__.py", "__main__.py", "errors.py", "figures.py", "py.typed"}
+BESIDE_THE_WINGS = {"__init__.py", "__main__.py", "errors.py", "py.typed"}
 LONGEST = 300  # lines of a file of the package
 
 

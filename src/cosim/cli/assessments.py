@@ -15,6 +15,8 @@ from ..trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..figures import Style
+
 GROUP = "gyro_cosim.assessments"
 
 
@@ -67,6 +69,14 @@ class Measuring(Protocol):
         """Name -> value and unit, "1" for a pure number; NaN for a value that this run does not have."""
 
 
+@runtime_checkable
+class Overlaying(Protocol):
+    """What a field has besides, where it can draw several runs over one another, in any style."""
+
+    def overlay(self, runs: Mapping[str, tuple[Any, Trajectory]], title: str, style: "Style") -> "Figure":
+        """The figure of `cosim plot` without names: label -> what was found in a run, and the run."""
+
+
 @dataclass(frozen=True)
 class Assessed:
     """What one field found in a run."""
@@ -116,4 +126,14 @@ def figure(found: Sequence[Assessed], trajectory: Trajectory, title: str) -> "Fi
     for one in found:
         for finding in one.findings:
             return one.field.figure(finding, trajectory, title)
+    return None
+
+
+def overlay(runs: Mapping[str, Trajectory], title: str, style: "Style") -> "Figure | None":
+    """The figure of several runs by the first field that finds something in each; None where there is no such field."""
+    for field in fields():
+        if isinstance(field, Overlaying):
+            found = {label: field.assess(run) for label, run in runs.items()}
+            if all(found.values()):
+                return field.overlay({label: (found[label][0], run) for label, run in runs.items()}, title, style)
     return None

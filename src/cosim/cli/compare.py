@@ -9,6 +9,7 @@ from rich.table import Table
 
 from ..comparison.candidates import Candidate, Comparison, compare
 from ..coupling import algorithm
+from . import drawing
 from .common import (
     AlgorithmName,
     AsJson,
@@ -92,7 +93,6 @@ def command(
     Exit code 1 unless the verdict is yes: every variant keeps the tolerances, on signals that it can change; and with --robust
     unless every answer stays the same.
     """
-    from .. import figures
     from ..comparison.tolerances import read as read_tolerances
 
     plan = chosen_system(system, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance)
@@ -102,7 +102,7 @@ def command(
     component, variants = _exchanged(chosen, component, variants or [])
     refuse_exchanged(plan, [plan.exchanged(component)], model_exchange)
     limits = None if tolerances is None else read_tolerances(tolerances)
-    writable(plot, figures.check_format)
+    drawing.check(plot)
     if report is not None:
         from ..report import check_format
 
@@ -123,7 +123,7 @@ def command(
     if plot is not None:
         from ..comparison.figures import comparison
 
-        figures.save(comparison(result), plot)
+        drawing.save(comparison(result), plot)
     told, words = document(result, degree), _words(result)
     if again is not None:
         asked = again.ask(result)

@@ -7,6 +7,7 @@ import typer
 from rich.table import Table
 
 from ..coupling import algorithm
+from . import drawing
 from .common import (
     AsJson,
     Degrees,
@@ -26,7 +27,6 @@ from .common import (
     say,
     seconds,
     tell,
-    writable,
 )
 from .provenance import origin
 
@@ -57,7 +57,6 @@ def command(
 
     The reference is the same model without coupling: exact by the matrix exponential where it is linear.
     """
-    from .. import figures
     from ..accuracy.convergence import converge
 
     plan = chosen_system(
@@ -68,14 +67,14 @@ def command(
     if not coarsest > 0.0:
         raise ValueError(f"--step must be positive, got {step}")
     chosen = [algorithm(name.strip(), k) for name in algorithms.split(",") for k in degrees(degree)]
-    writable(plot, figures.check_format)
+    drawing.check(plot)
     end = seconds(stop, "--stop", plan.start + 125 * coarsest)
     with progress(f"ladder of {plan.name}") as show:
         result = converge(plan, chosen, step=coarsest, rungs=rungs, stop=end, in_process=in_process, progress=show)
     if plot is not None:
         from ..accuracy.figures import convergence
 
-        figures.save(convergence(result), plot)
+        drawing.save(convergence(result), plot)
 
     def document() -> dict[str, Any]:
         return {

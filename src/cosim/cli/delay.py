@@ -11,6 +11,7 @@ from ..coupling import algorithm
 from ..hil.compensation import COMPENSATORS
 from ..hil.delay_margin import Compensation, DelayStudy, Margin
 from ..systems import System
+from . import drawing
 from .common import (
     AlgorithmName,
     AsJson,
@@ -28,7 +29,6 @@ from .common import (
     say,
     seconds,
     tell,
-    writable,
 )
 from .provenance import origin
 from .settings import assignment
@@ -69,14 +69,13 @@ def command(
 
     Each in two ways: from the sampled linear system (exact where the components are linear) and by bisection on runs.
     """
-    from .. import figures
     from ..comparison.tolerances import read as read_tolerances
     from ..comparison.verdict import five_percent
     from ..hil.delay_margin import by_eigenvalues, by_runs, delay_map, verdict_by_model, verdict_by_runs
 
     if (across is None) != (plot is None):
         raise ValueError("--map and --plot go together")
-    writable(plot, figures.check_format)
+    drawing.check(plot)
     plan = chosen_system(
         system, gyro, set_, vehicle=vehicle, swaps=swap, params=params, exchanged=model_exchange, tolerance=tolerance
     )
@@ -111,7 +110,7 @@ def command(
         steps = np.array([setting.step / 2**k for k in range(4)])
         with progress("map") as show:
             drawn = delay_map(replace(setting, remedy=remedies[0]), name, values, steps, unit, show)
-        figures.save(delay_margins(drawn, plan.name), plot)
+        drawing.save(delay_margins(drawn, plan.name), plot)
         words.append(f"wrote {plot}")
 
     def document() -> dict[str, Any]:

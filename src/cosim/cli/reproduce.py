@@ -86,7 +86,7 @@ class Made:
         if not folder.is_dir():
             raise ValueError(f"{str(file)!r}: the folder where its command ran must exist, {str(folder)!r} does not")
         component = _component_of(origin.command, folder, file)
-        return cls(file, results, (*_deciding(origin.command),), folder, (*_changed(origin, folder),), component)
+        return cls(file, results, (*deciding(origin.command),), folder, (*_changed(origin, folder),), component)
 
     def again(self, *more: str) -> Trajectory:
         """The results of the command, run in a process of its own with `more` options, in a file of the same format."""
@@ -117,7 +117,7 @@ def _words(before: Trajectory, different: Difference | None) -> str:
     return f"not the same: {different}"
 
 
-def _deciding(command: Sequence[str]) -> Iterator[str]:
+def deciding(command: Sequence[str]) -> Iterator[str]:
     """The words of a command that decide on its results."""
     left = 0
     for word in command:

@@ -13,6 +13,7 @@ from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
 from ..trajectory.origin import beside
+from . import drawing
 from .assessments import Assessed, figure, lines
 from .common import plain, progress, writable
 from .given import repeated
@@ -64,10 +65,7 @@ class Files:
             writable(file, trajectory.check_format)
             if file in self.outputs[:k]:
                 raise ValueError(f"--output must name different files, got {str(file)!r} twice")
-        if self.plot is not None:
-            from .. import figures
-
-            writable(self.plot, figures.check_format)
+        drawing.check(self.plot)
         if self.report is not None:
             from ..report import check_format
 
@@ -162,7 +160,7 @@ def _plot(run: Run, found: Sequence[Assessed], file: Path) -> Path:
 
     title = f"{run.system.name}: " + ", ".join(f"{c.name} = {c.source.rpartition('/')[2]}" for c in run.system.components)
     made = figure(found, run.trajectory, title)
-    return figures.save(figures.time_histories(run.trajectory, _drawn(run), title) if made is None else made, file)
+    return drawing.save(figures.time_histories(run.trajectory, _drawn(run), title) if made is None else made, file)
 
 
 def _drawn(run: Run) -> list[str]:

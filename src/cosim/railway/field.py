@@ -15,6 +15,8 @@ from .forms import CREEP_LAWS, creep_laws, with_creep_law
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..figures import Style
+
 START = "1mm"  # how exactly a vehicle stands on its track, as we assume: the ledger's starts lie ten times as near
 
 
@@ -56,10 +58,16 @@ class Railway:
         }
 
     def figure(self, finding: Assessment, trajectory: Trajectory, title: str) -> "Figure":
-        """Displacements, forces and Y/Q over the distance along the track."""
+        """Motion, Y/Q, gimbals and speed over the distance along the track."""
         from .figures import along_track
 
-        return along_track(trajectory, finding, title)
+        return along_track({"": (finding, trajectory)}, title)
+
+    def overlay(self, runs: Mapping[str, tuple[Assessment, Trajectory]], title: str, style: "Style") -> "Figure":
+        """The same of several runs, over one another."""
+        from .figures import along_track
+
+        return along_track(runs, title, style)
 
     def questions(self, names: Sequence[str]) -> list[str]:
         """Whether each vehicle derails and keeps the limit of Y/Q."""

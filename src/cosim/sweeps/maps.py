@@ -53,7 +53,7 @@ def selected(table: Table, column: str, text: str) -> Table:
     return table.where(chosen)
 
 
-def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
+def map_of(table: Table, x: str, y: str, measure: str, style: figures.Style = figures.SCREEN) -> "Figure":
     """Draw a measure as colour over two columns: cells where both are listed axes, points where they were sampled.
 
     Parameters
@@ -62,6 +62,8 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
         Of a sweep.
     x, y, measure
         Columns that hold numbers.
+    style
+        Of the figure.
 
     Returns
     -------
@@ -74,9 +76,9 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
     """
     _numeric(table, x, y, measure)
     panels = _panels(table, {x, y}, MOST_PANELS, "panel")
-    columns = min(3, len(panels))
+    columns = min(3 if style.width != figures.paper(1).width else 1, len(panels))
     rows = -(-len(panels) // columns)
-    fig, axes = figures.figure(rows, columns, (1.5 + 5.0 * columns, 0.5 + 4.0 * rows))
+    fig, axes = figures.figure(rows, columns, (1.5 + 5.0 * columns, 0.5 + 4.0 * rows), style=style)
     seen = table[measure][np.isfinite(table[measure])]
     span = {"vmin": seen.min(), "vmax": seen.max()} if seen.size else {}
     listed = _listed(table)
@@ -87,20 +89,19 @@ def map_of(table: Table, x: str, y: str, measure: str) -> "Figure":
         bad = part.where(part["status"] == "failed")
         if len(bad):
             ax.plot(bad[x], bad[y], "x", color="0.2", markersize=5, label="failed")
-            ax.legend(fontsize=8, loc="upper right")
         for axis, scale, name in (("x", ax.set_xscale, x), ("y", ax.set_yscale, y)):
             if _logarithmic(table, name):
                 scale("log")
             getattr(ax, f"set_{axis}label")(_label(table, name))
-        ax.set_title(label, fontsize=9)
+        ax.set_title(label, fontsize="medium" if style.width else 9)
     for ax in axes.flat[len(panels) :]:
         ax.set_visible(False)
     fig.colorbar(drawn, ax=axes.ravel().tolist(), label=_label(table, measure))
-    fig.suptitle(_title(table))
+    figures.legend_outside(fig, list(axes.flat), _title(table) if style.titled else "")
     return fig
 
 
-def curves_of(table: Table, x: str, measure: str) -> "Figure":
+def curves_of(table: Table, x: str, measure: str, style: figures.Style = figures.SCREEN) -> "Figure":
     """Draw a measure over a column: a curve for each value of the other axes, dots where the column was sampled.
 
     Parameters
@@ -109,6 +110,8 @@ def curves_of(table: Table, x: str, measure: str) -> "Figure":
         Of a sweep.
     x, measure
         Columns that hold numbers.
+    style
+        Of the figure.
 
     Returns
     -------
@@ -120,22 +123,20 @@ def curves_of(table: Table, x: str, measure: str) -> "Figure":
         For a column that holds text, and where there would be too many curves.
     """
     _numeric(table, x, measure)
-    fig, axes = figures.figure(1, 1, (8.0, 5.0))
+    fig, axes = figures.figure(1, 1, (8.0, 5.0), style=style)
     ax = axes[0, 0]
     parts = _panels(table, {x}, MOST_CURVES, "curve")
-    for (label, part), colour in zip(parts, figures.COLOURS, strict=False):
+    for k, (label, part) in enumerate(parts):
         order = np.argsort(part[x])
-        style = (
-            {"linewidth": 1.2, "marker": "."} if x in _listed(table) else {"linestyle": "none", "marker": ".", "markersize": 4}
-        )
-        ax.plot(part[x][order], part[measure][order], color=colour, label=label, **style)
-    if len(parts) > 1:
-        ax.legend(fontsize=8)
+        look = figures.line_style(k, style) | {"marker": ".", "label": label}
+        if x not in _listed(table):
+            look |= {"linestyle": "none", "markersize": 4}
+        ax.plot(part[x][order], part[measure][order], **look)
+    figures.legend_outside(fig, [ax] if len(parts) > 1 else [], _title(table) if style.titled else "")
     if _logarithmic(table, x):
         ax.set_xscale("log")
     ax.set_xlabel(_label(table, x))
     ax.set_ylabel(_label(table, measure))
-    ax.set_title(_title(table))
     return fig
 
 
@@ -228,7 +229,7 @@ def _title(table: Table) -> str:
     return f"{definition['system']}, {len(table)} runs to t = {definition['stop']:g} s"
 
 
-def draw(table: Table, names: Sequence[str]) -> "Figure":
+def draw(table: Table, names: Sequence[str], style: figures.Style = figures.SCREEN) -> "Figure":
     """Draw a map of (x, y, measure), or curves of (x, measure).
 
     Parameters
@@ -237,6 +238,8 @@ def draw(table: Table, names: Sequence[str]) -> "Figure":
         Of a sweep.
     names
         Two or three columns.
+    style
+        Of the figure.
 
     Returns
     -------
@@ -248,9 +251,9 @@ def draw(table: Table, names: Sequence[str]) -> "Figure":
         For columns that cannot be drawn so.
     """
     if len(names) == 3:
-        return map_of(table, *names)
+        return map_of(table, names[0], names[1], names[2], style)
     if len(names) == 2:
-        return curves_of(table, *names)
+        return curves_of(table, names[0], names[1], style)
     raise ValueError(
         f"a sweep is drawn over X Y MEASURE, or X MEASURE, got {len(names)} name(s); it has {', '.join(table.values)}"
     )

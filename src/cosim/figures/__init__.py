@@ -1,0 +1,31 @@
+"""Figures: each function draws one and returns it; save() writes it."""
+
+from .canvas import figure, legend_above, legend_outside, with_unit
+from .histories import drawn_overlay, histories_in_columns, time_histories, worth_drawing
+from .overlays import TIME, Overlay, thinned_rows
+from .saving import check_format, made_here, save
+from .styles import COLOURS, DASHES, LINES, SCREEN, Style, line_style, paper
+
+__all__ = [
+    "COLOURS",
+    "DASHES",
+    "LINES",
+    "SCREEN",
+    "TIME",
+    "Overlay",
+    "Style",
+    "check_format",
+    "drawn_overlay",
+    "figure",
+    "histories_in_columns",
+    "legend_above",
+    "legend_outside",
+    "line_style",
+    "made_here",
+    "paper",
+    "save",
+    "thinned_rows",
+    "time_histories",
+    "with_unit",
+    "worth_drawing",
+]
