@@ -67,6 +67,7 @@ def test_the_short_study_meets_its_norms(short: Callable[[str], dict[str, Any]],
     same(short(study), norm)
 
 
+@pytest.mark.slow
 def test_the_map_at_0_rpm_is_the_gyro_off(short: Callable[[str], dict[str, Any]]) -> None:
     found = short("derailment_map")["B"]
     spin, radius = found["spin"], found["radius-off"]
