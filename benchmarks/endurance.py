@@ -9,7 +9,7 @@ Exit code 1 where the runs leave a map, a descriptor or a thread behind, or more
 
     python benchmarks/endurance.py [--runs N] [--steps N,...] [--fmus N,...]      default 1000, 1e6,1e7, 10,100,1000: minutes
 
-All that the page on reliability tells: --runs 1e5 --steps 1e7,1e8,1e9 --fmus 100,1000,10000, which takes hours. Linux only.
+A night: --runs 1e5 --steps 1e7,1e8,1e9 --fmus 100,1000,10000. Linux only.
 """
 
 import argparse

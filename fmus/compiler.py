@@ -20,6 +20,8 @@ __all__ = [
 # No fused operations: the same bits everywhere; a square root is an instruction, not a call that may set errno.
 FLAGS = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-fvisibility=hidden")
 
+PATIENCE = 1800.0  # s, for one file; our own largest takes a minute
+
 
 class CompilerError(RuntimeError):
     """The compiler is missing or refuses the code."""
@@ -148,37 +150,35 @@ def host_library(folder: Path, source: str, name: str) -> bytes:
     return compile_libraries(folder, {source: "-O2"}, name, {host(): True})[host()]
 
 
-def foreign_library(
-    folder: Path, sources: Sequence[str], name: str, definitions: Sequence[str], headers: Sequence[Path]
-) -> bytes:
+def foreign_library(folder: Path, sources: Mapping[str, Sequence[str]], name: str, headers: Sequence[Path]) -> bytes:
     """A shared library for this machine of C files that somebody else has written, so not held to our own rules.
 
     Parameters
     ----------
     folder : Path
         Holds the files and all they include; objects and the library are written into it.
-    sources : sequence of str
-        The files, relative to `folder`.
+    sources : mapping of str to sequence of str
+        Options for the preprocessor by C file, relative to `folder`.
     name : str
         Name of the library, without ending.
-    definitions : sequence of str
-        For the preprocessor, "NAME" or "NAME=VALUE".
     headers : sequence of Path
-        Where else headers are looked for, after the folder of the file that includes them and `folder`.
+        Where else headers are looked for, after the folder of the file that includes them, its options and `folder`.
 
     Raises
     ------
     CompilerError
-        If the compiler is missing or refuses the code.
+        If the compiler is missing, refuses the code, or takes longer than PATIENCE for one file.
     """
     target = host()
-    options = ["-std=gnu99", "-O2", "-w", "-ffp-contract=off", *(f"-D{definition}" for definition in definitions)]
-    options += ["-I.", *(f"-I{place}" for place in headers)]  # never undefined at run time: unknown functions are refused
-    options += ["-Werror=implicit-function-declaration"]
+    common = ["-std=gnu99", "-O2", "-w", "-ffp-contract=off", "-I.", *(f"-I{place}" for place in headers)]
+    common += ["-Werror=implicit-function-declaration"]  # a call of what is nowhere is told now, not when it is made
     command = _command(target, True)
+
+    def compiled(source: str) -> str:
+        return _object(folder, command, source, [*sources[source], *common], target, flags=())
+
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        objects = list(pool.map(lambda source: _object(folder, command, source, options, target, ()), sources))
-    return _link(folder, command, objects, name, target, ("m",))
+        return _link(folder, command, list(pool.map(compiled, sources)), name, target, ("m",))
 
 
 def _command(target: Platform, host_allowed: bool) -> list[str]:
@@ -218,9 +218,14 @@ def _link(
 def _run(command: Sequence[str], folder: Path, what: str) -> None:
     environment: Mapping[str, str] = {**os.environ, "SOURCE_DATE_EPOCH": "0", "ZERO_AR_DATE": "1", "LC_ALL": "C"}
     try:
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, errors="replace", check=False)
+        done = subprocess.run(
+            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace",
+            check=False, timeout=PATIENCE,
+        )  # fmt: skip
     except OSError as error:
         raise CompilerError(f"the C compiler for {what} cannot be run: {error}") from error
+    except subprocess.TimeoutExpired:
+        raise CompilerError(f"the C compiler for {what} must be done within {PATIENCE:g} s, it is not") from None
     if done.returncode != 0:
         lines = (
             [line for line in done.stderr.splitlines() if "error" in line.lower()] or done.stderr.splitlines() or ["no message"]

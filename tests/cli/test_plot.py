@@ -51,6 +51,15 @@ def test_runs_are_called_by_what_tells_their_commands_apart_and_axes_have_units(
     assert {"with", "without"} <= set(words("g.svg"))
 
 
+def test_names_are_shown_as_they_stand(runs) -> None:
+    """To matplotlib dollars begin a formula, and a first underscore means: not in the legend."""
+    Path("a.csv").rename("$x$.csv")
+    Path("b.csv").rename("_b.csv")
+    for words_of in (("vehicle.yaw_angle",), ()):
+        assert runs("plot", "$x$.csv", "_b.csv", *words_of, "--label", "$x$", "--label", "_b", "-o", "f.svg")[0] == 0
+        assert {"$x$", "_b"} <= set(words("f.svg"))
+
+
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
 def test_a_figure_of_ours_is_drawn_again_and_nobody_elses_is_replaced(runs, ending: str) -> None:
     image = Path(f"f.{ending}")
@@ -75,12 +84,14 @@ def test_a_figure_of_ours_is_drawn_again_and_nobody_elses_is_replaced(runs, endi
         (("a.csv", "--columns", "2"), "--columns has no effect without --style paper, got 2"),
         (("a.csv", "--style", "paper", "--columns", "3"), "--columns must be 1 or 2, got 3"),
         (("a.csv", "b.csv", "--label", "one"), "--label must name each of 2 files differently"),
+        (("empty.csv",), "'empty.csv' must hold at least one row, holds none"),
         (("a.csv", "c.csv"), "file 'c.csv' must exist"),
         (("a.csv", "--over", "distance"), "'distance'"),
         (("a.csv", "-o", "f.docx"), "plot file must end in one of"),
     ],
 )
 def test_what_cannot_be_drawn_is_told_in_a_line(runs, options: tuple[str, ...], told: str) -> None:
+    Path("empty.csv").write_text("time,y\n")
     code, _, err = runs("plot", *options)
     assert code == 2
     assert told in err

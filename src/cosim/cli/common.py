@@ -92,8 +92,9 @@ def chosen_system(
     """The system called `name` with --vehicle, --gyro, --swap, --params, --set and the others applied, in this order."""
     plan = named_system(name) if isinstance(name, str) else name
     plan = applied(plan, gyro, values, vehicle=vehicle, swaps=swaps or (), params=params)
-    if gyro or vehicle or swaps or params or any("inertia" in text or "=" in text.partition("=")[2] for text in values or ()):
-        plan = settled(plan)
+    chosen = bool(gyro or vehicle or swaps or params)
+    if chosen or any("inertia" in text or "=" in text.partition("=")[2] for text in values or ()):  # NAME=VARIANT,NAME=VALUE
+        plan = settled(plan)  # it loads the components' equations, which takes longer than a short run: not for any --set
     for component in exchanged or ():
         plan = plan.with_implementation(component, "ModelExchange")
     if tolerance is None:

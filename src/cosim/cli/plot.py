@@ -140,6 +140,9 @@ def _runs(files: Sequence[Path], names: Sequence[str], over: str | None, given: 
     if len(files) > figures.LINES:
         raise ValueError(f"at most {figures.LINES} runs can be told apart in one figure, got {len(files)}")
     read = [read_with_origin(file) for file in files]
+    for file, (run, _) in zip(files, read, strict=True):
+        if not len(run):
+            raise ValueError(f"{str(file)!r} must hold at least one row, holds none")
     title, called = labelled(files, [origin for _, origin in read])
     if given:
         if len(given) != len(files) or len(set(given)) != len(given):

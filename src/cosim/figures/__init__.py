@@ -1,6 +1,6 @@
 """Figures: each function draws one and returns it; save() writes it."""
 
-from .canvas import figure, legend_above, legend_outside, with_unit
+from .canvas import as_it_stands, figure, legend_above, legend_outside, with_unit
 from .histories import drawn_overlay, histories_in_columns, time_histories, worth_drawing
 from .overlays import TIME, Overlay, thinned_rows
 from .saving import check_format, made_here, save
@@ -14,6 +14,7 @@ __all__ = [
     "TIME",
     "Overlay",
     "Style",
+    "as_it_stands",
     "check_format",
     "drawn_overlay",
     "figure",

@@ -61,6 +61,12 @@ def with_unit(name: str, unit: str, between: str = " ") -> str:
     return f"{name}{between}[{unit_text(unit)}]" if unit not in ("", "1") else name
 
 
+def as_it_stands(words: str) -> str:
+    """Words that matplotlib shows as they are: dollars would begin a formula, a first underscore would hide a line's label."""
+    words = words.replace("$", r"\$")
+    return f" {words}" if words.startswith("_") else words
+
+
 def legend_outside(fig: "Figure", ax: "Axes | Sequence[Axes]", title: str = "", **words: Any) -> None:
     """Put a title and the legend of panels above them all, where they cover no data; what has one label stands there once."""
     from matplotlib import rcParams

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..trajectory import Trajectory
-from .canvas import figure, legend_outside, with_unit
+from .canvas import as_it_stands, figure, legend_outside, with_unit
 from .overlays import TIME, Overlay
 from .styles import COLOURS, SCREEN, Style, line_style
 
@@ -85,11 +85,11 @@ def drawn_overlay(overlay: Overlay, title: str = "", style: Style = SCREEN) -> "
             look = line_style(place, style, rows=line.x.size if several else 0)
             if not several and not style.width:
                 look["color"] = COLOURS[k % len(COLOURS)]
-            ax.plot(line.x, line.y, label=line.label, **look)
+            ax.plot(line.x, line.y, label=as_it_stands(line.label), **look)
             ax.plot(*_alone(line.x, line.y), "o", color=look["color"], markersize=3.0 + style.line)
         ax.set_ylabel(_label(panel.name, panel.unit, [p.name for p in panels], style), fontsize="medium" if style.width else 9)
         if not style.width:
-            ax.set_title(panel.name, loc="right", fontsize=8, color="0.4")
+            ax.set_title(as_it_stands(panel.name), loc="right", fontsize=8, color="0.4")
         ax.margins(x=0 if overlay.over == TIME else 0.03)
     for ax in axes.T.flat[len(panels) :]:
         ax.set_visible(False)
@@ -98,7 +98,7 @@ def drawn_overlay(overlay: Overlay, title: str = "", style: Style = SCREEN) -> "
         last.set_xlabel(with_unit(_words(overlay.over), overlay.unit))
         last.tick_params(labelbottom=True)
     fig.align_ylabels()
-    legend_outside(fig, list(axes.flat) if several else [], title if style.titled else "")
+    legend_outside(fig, list(axes.flat) if several else [], as_it_stands(title) if style.titled else "")
     return fig
 
 
@@ -111,14 +111,14 @@ def _alone(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _words(name: str) -> str:
     """A signal's name as people say it, without its component."""
-    return (name.partition(".")[2] or name).replace("_", " ")
+    return as_it_stands((name.partition(".")[2] or name).replace("_", " "))
 
 
 def _label(name: str, unit: str, all_names: Sequence[str], style: Style) -> str:
     """Of an axis; with the component where another signal is called alike and no name stands above the panel."""
     words = _words(name)
     if style.width and sum(_words(other) == words for other in all_names) > 1:
-        words = f"{name.partition('.')[0]} {words}".replace("_", " ")
+        words = as_it_stands(name.replace(".", " ", 1).replace("_", " "))
     return with_unit(textwrap.fill(words, 14 if style.width else 18), unit, "\n")
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..figures import COLOURS, DASHES, SCREEN, Style, figure, legend_above, legend_outside, paper, thinned_rows
+from ..figures import COLOURS, DASHES, SCREEN, Style, as_it_stands, figure, legend_above, legend_outside, paper, thinned_rows
 from ..trajectory import Trajectory
 from .assessment import COEFFICIENT, DISTANCE, LATERAL, YAW, Assessment
 from .filters import en14363
@@ -39,7 +39,14 @@ def along_track(runs: Runs, title: str = "", style: Style = SCREEN) -> "Figure":
     Returns
     -------
     Figure
+
+    Raises
+    ------
+    ValueError
+        More runs than colours: within a run dashes tell its wheel pairs apart.
     """
+    if len(runs) > len(COLOURS):
+        raise ValueError(f"along the track at most {len(COLOURS)} runs can be told apart, got {len(runs)}: name signals")
     leaning = any(_gimbals(trajectory) for _, trajectory in runs.values())
     rows, several = 5 if leaning else 4, len(runs) > 1
     fig, axes = figure(rows, 1, (9.0, 1.2 + 2.0 * rows), sharex=True, style=style)
@@ -64,7 +71,7 @@ def along_track(runs: Runs, title: str = "", style: Style = SCREEN) -> "Figure":
     panels[-1].set_xlabel("distance along the track s [m]")
     fig.align_ylabels()
     verdicts = [f"{label}: {found.verdict.text}" if several else found.verdict.text for label, (found, _) in runs.items()]
-    title = "\n".join(filter(None, [title, *verdicts])) if style.titled else ""
+    title = as_it_stands("\n".join(filter(None, [title, *verdicts]))) if style.titled else ""
     if several:
         _legend_of_runs(fig, panels, runs, style, title)
         return fig
@@ -93,7 +100,7 @@ def _gimbals(trajectory: Trajectory) -> list[str]:
 
 
 def _said(name: str) -> str:
-    return name.replace("_", " ")
+    return as_it_stands(name.replace("_", " "))
 
 
 def _look(n: int, style: Style, *, dashed: bool) -> dict[str, Any]:
@@ -155,7 +162,7 @@ def _curves(panels: "Sequence[Axes]", found: Assessment, trajectory: Trajectory)
 def _legend_of_runs(fig: "Figure", panels: "Sequence[Axes]", runs: Runs, style: Style, title: str) -> None:
     """Title and legend: a colour a run, dashes a wheel pair and its gyro unit, the limit, the curve."""
     for k, label in enumerate(runs):
-        panels[-1].plot([], [], color=COLOURS[k % len(COLOURS)], label=label)
+        panels[-1].plot([], [], color=COLOURS[k], label=as_it_stands(label))
     found, trajectory = next(iter(runs.values()))
     named = zip_longest(map(_said, found.pairs), (_said(name.removesuffix(GIMBAL)) for name in _gimbals(trajectory)))
     for n, words in enumerate(named):

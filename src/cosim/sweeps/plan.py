@@ -1,7 +1,7 @@
 """The plan of a sweep: which runs there are, what identifies each, and what is kept of it. It runs nothing.
 
-A run is identified by a hash of all that decides its result: the contents of the FMUs, the wiring, every value, algorithm,
-degree, step and length. Files keep rows by that key, so a sweep that is stopped and started again repeats nothing.
+A run is identified by a hash of all that decides its result: contents of the FMUs, wiring, values, algorithm, degree, step and
+length. Files keep rows by that key, so a sweep that is stopped and started again repeats nothing.
 """
 
 import hashlib
@@ -15,6 +15,7 @@ from typing import Any
 from ..coupling import Algorithm, algorithm
 from ..master import macro_steps
 from ..systems import System, archive, catalogue
+from ..systems.riding import held_with
 from .axes import Axis, Listed, Point, Value, parse, points
 from .measure import Measure
 from .query import MEASURES, SystemQuery
@@ -36,16 +37,14 @@ class SweepContext:
         The sources of its components are keys of FMU files, as are the values of `variants`.
     variants
         Component (or what addresses several) -> variant -> component -> key of its FMU.
-    defaults
-        The values of those CHOICES that are no axis.
-    stop
-        End of every run, s.
-    signals
-        Whose measures are kept.
+    defaults, stop
+        The values of those CHOICES that are no axis, and the end of every run (s).
+    signals, measure
+        Whose measures are kept, and the user's own or None.
     cases
         Case -> `component.parameter` -> value.
-    measure
-        The user's, or None.
+    riding
+        Variant of each target -> component -> parameter -> value: what of the units' inertia its carrier holds.
     """
 
     system: System
@@ -55,6 +54,7 @@ class SweepContext:
     signals: tuple[str, ...]
     cases: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
     measure: Measure | None = None
+    riding: Mapping[tuple[str, ...], Mapping[str, Mapping[str, float]]] = field(default_factory=dict)
 
     @property
     def measured(self) -> tuple[str, ...]:
@@ -70,8 +70,16 @@ class SweepContext:
             if target not in CHOICES and target not in self.variants and target != CASE:
                 system = system.with_value(target, value)
         chosen = {n: key for t, of in self.variants.items() for n, key in of[str(point[t])].items()}
-        parts = tuple(replace(p, source=files[chosen.get(p.name, p.source)]) for p in system.components)
+        held = self.held_at(point)
+        parts = tuple(
+            replace(p, source=files[chosen.get(p.name, p.source)], bound={**p.bound, **held.get(p.name, {})})
+            for p in system.components
+        )
         return replace(system, components=parts)
+
+    def held_at(self, point: Point) -> Mapping[str, Mapping[str, float]]:
+        """What the carriers of one run's units hold of their inertia: component -> parameter -> value (kg m2)."""
+        return self.riding.get(tuple(str(point[target]) for target in self.variants), {})
 
     def algorithm_at(self, point: Point) -> Algorithm:
         """The coupling algorithm of one run."""
@@ -195,7 +203,7 @@ class Sweep:
         for target, value in fixed.items():
             system = system.with_value(target, value)
         context, files = _context(system, self.variants, {c: v[0] for c, v in choices.items() if len(v) == 1}, stop, signals)
-        context = replace(context, cases=cases, measure=self.measure)
+        context = replace(context, cases=cases, measure=self.measure, riding=held_with(system, self.variants))
         if not kept:
             raise ValueError("a sweep must have an axis, has none: say --set COMPONENT.PARAMETER=LOW:HIGH:N")
         base = {
@@ -219,7 +227,7 @@ class Sweep:
         for point in points(kept, self.samples, self.seed):
             meant = {**context.variants, CASE: cases}
             contents = {t: meant[t][str(value)] if t in meant else value for t, value in point.items()}
-            runs[_hash([common, contents])] = point
+            runs[_hash([common, contents, *filter(None, [context.held_at(point)])])] = point
         definition = {
             "system": system.name,
             **base,

@@ -62,23 +62,21 @@ def of_lanes(sources: Mapping[str, str], width: int) -> Path:
     ValueError
         The model does not run in lanes.
     """
-    text = repr((sorted(sources.items()), width, platform.platform(), os.environ.get("CC"), compiler_id()))
+    text = repr((sorted(sources.items()), width, *_asked()))
     return _cached(hashlib.sha256(text.encode()).hexdigest()[:20], "lanes", sources, width)
 
 
-def foreign(folder: Path, sources: Sequence[str], name: str, definitions: Sequence[str], headers: Sequence[Path]) -> Path:
+def foreign(folder: Path, sources: Mapping[str, Sequence[str]], name: str, headers: Sequence[Path]) -> Path:
     """Somebody else's C code as a shared library for this machine, kept by the content of `folder` and how it is compiled.
 
     Parameters
     ----------
     folder : Path
         Holds the sources and what they include; intermediate files are written there.
-    sources : sequence of str
-        The C files, relative to `folder`.
+    sources : mapping of str to sequence of str
+        Options for the preprocessor by C file, which is relative to `folder` as are folders in the options.
     name : str
         Of the library, without ending.
-    definitions : sequence of str
-        For the preprocessor, "NAME" or "NAME=VALUE".
     headers : sequence of Path
         Folders of headers that the sources may lack.
 
@@ -90,15 +88,19 @@ def foreign(folder: Path, sources: Sequence[str], name: str, definitions: Sequen
     Raises
     ------
     RuntimeError
-        There is no compiler, or it refuses the code.
+        There is no compiler, it refuses the code, or it takes too long.
     """
-    digest = hashlib.sha256(
-        repr((list(sources), list(definitions), platform.platform(), os.environ.get("CC"), compiler_id())).encode()
-    )
+    how = (sorted((file, *options) for file, options in sources.items()), name, *_asked())
+    digest = hashlib.sha256(repr(how).encode())
     for file in sorted(p for p in folder.rglob("*") if p.is_file()):
         digest.update(f"{file.relative_to(folder).as_posix()} {hashlib.sha256(file.read_bytes()).hexdigest()} ".encode())
-    entry = _compiler("foreign")
-    return _kept(f"fmu-{digest.hexdigest()[:20]}", partial(entry.load(), folder, sources, name, definitions, headers))
+    make = partial(_compiler("foreign").load(), folder, sources, name, headers)
+    return _kept(f"fmu-{digest.hexdigest()[:20]}", make)
+
+
+def _asked() -> tuple[str | None, ...]:
+    """What decides on machine code besides what is compiled."""
+    return platform.platform(), os.environ.get("CC"), compiler_id()
 
 
 def loaded(made: Callable[[], Path]) -> ctypes.PyDLL:

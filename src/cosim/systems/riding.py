@@ -2,11 +2,13 @@
 
 No acceleration crosses the interface, so a unit that has a state for an inertia keeps it, and all the rest must be in the
 carrier's own: none lost, none counted twice. `inertia_on_carriers` compares the two, `settled` gives the carrier what its
-units say.
+units say, `held_with` tells what that is for each choice of variants.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from gyro_cosim.component.units import quantity
@@ -19,7 +21,7 @@ from .quantities import Quantity, meaning
 if TYPE_CHECKING:  # at run time they would load CasADi, which a run of built FMUs does without
     from gyro_cosim.component import Component, Variable
 
-__all__ = ["Riding", "inertia_on_carriers", "settled"]
+__all__ = ["Riding", "held_with", "inertia_on_carriers", "settled"]
 
 SAME = 1e-9  # of an inertia
 
@@ -68,20 +70,10 @@ def inertia_on_carriers(plan: System) -> tuple[Riding, ...]:
     FMUs and Python files are not opened: of these nothing is said.
     """
     parts = {part.name: part for part in plan.components}
-    made: dict[str, Component | None] = {}
-
-    def component(name: str) -> "Component | None":
-        if name not in made:
-            source = parts[name].source
-            known = source.partition(":")[0] in catalogue.components() or source.endswith(".toml")
-            made[name] = catalogue.component(source) if known else None
-        return made[name]
-
+    made = {name: _component(part.source) for name, part in parts.items()}
     found = []
     for wire in plan.connections:
-        if not (wire.start[1].endswith("_moment") and component(wire.start[0])):
-            continue
-        unit, carrier = component(wire.start[0]), component(wire.end[0])
+        unit, carrier = made[wire.start[0]], made[wire.end[0]]
         if unit is None or carrier is None:
             continue
         said = {bond.effort: bond for bond in unit.bonds if bond.inertia}.get(wire.start[1])
@@ -96,31 +88,53 @@ def inertia_on_carriers(plan: System) -> tuple[Riding, ...]:
 def settled(plan: System) -> System:
     """The plan with every carrier holding what its units say; what a user has set stays as it is, and the notes say all.
 
-    Raises
-    ------
-    ValueError
-        Where units that ride on one parameter want different values of it.
+    Where units that ride on one parameter want different values of it, none can be right for all: it stays, and the notes tell
+    what is lost or counted twice.
     """
-    wanted: dict[tuple[str, str], Riding] = {}
-    notes = list(plan.notes)
-    set_by_user = {part.name: part.values for part in plan.components}
+    values = {part.name: part.values for part in plan.components}
+    wanted: dict[tuple[str, str], list[Riding]] = {}
     for one in inertia_on_carriers(plan):
-        key = (one.carrier, one.parameter)
-        if one.parameter in set_by_user[one.carrier]:
-            notes += [] if one.right else [one.words()]
+        wanted.setdefault((one.carrier, one.parameter), []).append(one)
+    notes, bound = list(plan.notes), {part.name: dict(part.bound) for part in plan.components}
+    for (carrier, parameter), riding in wanted.items():
+        if all(one.right for one in riding):
             continue
-        if key in wanted and abs(wanted[key].rides - one.rides) > SAME * abs(one.rides):
-            raise ValueError(f"{one.carrier}.{one.parameter} must hold what rides at {wanted[key].mount} and at {one.mount}: "
-                             f"{wanted[key].rides:g} and {one.rides:g} kg m2")  # fmt: skip
-        wanted[key] = one
-    changed = {key: one for key, one in wanted.items() if not one.right}
-    notes += [f"{name}.{parameter} = {one.rides:g} kg m2: what of {one.unit} turns with {one.mount}"
-              for (name, parameter), one in changed.items()]  # fmt: skip
-    components = tuple(
-        replace(part, bound={**part.bound, **{p: one.rides for (name, p), one in changed.items() if name == part.name}})
-        for part in plan.components
-    )
-    return replace(plan, components=components, notes=tuple(dict.fromkeys(notes))) if notes != list(plan.notes) else plan
+        first = riding[0]
+        if parameter in values[carrier] or any(not replace(one, carried=first.rides).right for one in riding):
+            notes += [one.words() for one in riding if not one.right]
+            continue
+        bound[carrier][parameter] = first.rides
+        units, mounts = (", ".join(getattr(one, of) for one in riding) for of in ("unit", "mount"))
+        notes.append(f"{carrier}.{parameter} = {first.rides:g} kg m2: what of {units} turns with {mounts}")
+    if notes == list(plan.notes):
+        return plan
+    parts = tuple(replace(part, bound=bound[part.name]) for part in plan.components)
+    return replace(plan, components=parts, notes=tuple(dict.fromkeys(notes)))
+
+
+def held_with(plan: System, variants: Mapping[str, Sequence[str]]) -> dict[tuple[str, ...], dict[str, dict[str, float]]]:
+    """What settled() gives carriers with each choice of variants: variant of each target -> component -> parameter -> kg m2."""
+    found = {}
+    for names in product(*variants.values()):
+        varied = plan
+        for target, name in zip(variants, names, strict=True):
+            varied = varied.with_source(target, name)
+        pairs = zip(varied.components, settled(varied).components, strict=True)
+        given = {of.name: {k: v for k, v in held.bound.items() if of.bound.get(k) != v} for of, held in pairs}
+        found[names] = {name: values for name, values in given.items() if values}
+    return found
+
+
+def _component(source: str) -> "Component | None":
+    """What a source describes; None of what would have to be opened or run to know it."""
+    if source.endswith(".toml"):
+        return catalogue.component(source)  # type: ignore[no-any-return]
+    return _of_catalogue(source) if source.partition(":")[0] in catalogue.components() else None
+
+
+@lru_cache(maxsize=64)
+def _of_catalogue(source: str) -> "Component":
+    return catalogue.component(source)  # type: ignore[no-any-return]
 
 
 def _number(text: str, made: "Component", part: SystemComponent) -> float:

@@ -24,6 +24,7 @@ DATES = ("generationDateAndTime",)
 ELSEWHERE = (("ScalarVariable", "previous"), ("String", "start"), ("Binary", "start"))  # misplaced, and not read there
 MEANT = 0.8  # of difflib: an unknown attribute that is so near a known one may be that one, misspelt
 ROUNDS = 50
+MODEL_DESCRIPTION, BUILD_DESCRIPTION = "ModelDescription", "BuildDescription"  # the documents, as their schemas are called
 _ATTRIBUTE = re.compile(r"^Element '[^']*', attribute '([^']*)'")
 _XSD = "{http://www.w3.org/2001/XMLSchema}"
 
@@ -40,12 +41,13 @@ class SchemaFault:
         return f"line {self.line}: {self.message}"
 
 
-def judged(root: etree._Element, major: str) -> tuple[etree._Element, tuple[SchemaFault, ...]]:
-    """The description without its harmless faults, and all faults, each once. `major`: "1", "2" or "3", the version of FMI.
+def judged(root: etree._Element, major: str, document: str = MODEL_DESCRIPTION) -> tuple[etree._Element, tuple[SchemaFault, ...]]:
+    """The description without its harmless faults, and all faults, each once.
 
-    `root` itself stays as it is. Where a fault is not harmless, the description must not be read.
+    `major`: "1", "2" or "3", the version of FMI. `document`: which of that version's it is. `root` itself stays as it is.
+    Where a fault is not harmless, the description must not be read.
     """
-    schema = _schema(major)
+    schema = _schema(major, document)
     if schema.validate(root):
         return root, ()
     found: dict[tuple[int, str], SchemaFault] = {}
@@ -105,9 +107,9 @@ def _folder(major: str) -> Path:
     return Path(spec.submodule_search_locations[0]) / "schema" / f"fmi{major}"
 
 
-@lru_cache(maxsize=3)
-def _schema(major: str) -> etree.XMLSchema:
-    name = "fmiModelDescription.xsd" if major == "1" else f"fmi{major}ModelDescription.xsd"
+@lru_cache(maxsize=4)
+def _schema(major: str, document: str) -> etree.XMLSchema:
+    name = f"fmi{'' if major == '1' else major}{document}.xsd"
     return etree.XMLSchema(file=str(_folder(major) / name))
 
 

@@ -1,43 +1,38 @@
 """An FMU without a binary for this machine is compiled from the C sources that it carries, where it says how.
 
-FMI 2.0 lists the files of each interface in modelDescription.xml (SourceFiles); FMI 3.0 has sources/buildDescription.xml. An FMU
-that lists none is not guessed at. FMI's own headers need not be in an FMU; FMPy ships them.
+sources/buildDescription.xml says it (FMI 3.0, and 2.0 from 2.0.4 on), else FMI 2.0's list of files of each interface
+(SourceFiles). An FMU that lists none is not guessed at. FMI's own headers need not be in an FMU; FMPy ships them. Options for
+another tool's compiler are not used; a log message says so where they are more than what ours does anyway.
 """
 
 import importlib.util
 import logging
 import shutil
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 
 from lxml import etree
 
 from ...systems import archive, machine_code
 from .description import MEMBER, Description
+from .schema import BUILD_DESCRIPTION, judged
 
 FOLDER, BUILD = "sources", "buildDescription.xml"
 LANGUAGES = ("", "C", "C89", "C90", "C99", "C11", "C17")  # as far as the compiler that is asked takes them
+OURS = ("-O", "-std=", "-W", "-w", "-fPIC", "-fvisibility=", "-ffp-contract=off", "-fno-math-errno", "-g")  # change no value
+AT_HAND = ("m",)  # libraries of every system
+Recipe = Mapping[str, tuple[str, ...]]  # C file, relative to the folder of sources -> options for the preprocessor
 _log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """Which C files make an FMU's library, relative to its folder of sources, and what the preprocessor is told."""
-
-    files: tuple[str, ...]
-    definitions: tuple[str, ...] = ()
-    headers: tuple[str, ...] = ()
-
-
 def compile_into(folder: Path, model: Description, file: Path, where: str) -> None:
-    """Make `file`, the library of the FMU unpacked in `folder`, from its sources, or leave all as it is if it lists none.
+    """Make `file`, the library of the FMU unpacked in `folder`, from its sources, or leave all as it is if it has none.
 
     Raises
     ------
     ValueError
-        The sources are not in the FMU, not in C, or the compiler refuses them or is missing. Begins with `where`.
+        The sources are not listed or not there, not in C, or the compiler refuses them or is missing. Begins with `where`.
     """
     recipe = _recipe(folder, model, where)
     if recipe is None:
@@ -45,54 +40,59 @@ def compile_into(folder: Path, model: Description, file: Path, where: str) -> No
             told = f"{FOLDER}/{BUILD}" if model.version == "3" else "SourceFiles"
             raise ValueError(f"{where} has no binary for this machine, and must list its sources in {told} to be compiled")
         return
-    identifier = model.interfaces[model.interface]["modelIdentifier"]
-    for name in recipe.files:
+    for name in recipe:
         if not (folder / FOLDER / name).is_file():
-            raise ValueError(f"{where} has no binary for this machine and must hold the source that it lists, {FOLDER}/{name}")
+            raise ValueError(f"{where} has no binary for this machine and must hold the source that it lists, {FOLDER}/{name!r}")
+    identifier = model.interfaces[model.interface]["modelIdentifier"]
     with tempfile.TemporaryDirectory(dir=folder) as scratch:  # so that what is cached does not depend on objects
-        copy = Path(scratch) / FOLDER
-        shutil.copytree(folder / FOLDER, copy)
-        headers = [*(copy / name for name in recipe.headers), *_headers_of_fmi()]
+        copy = shutil.copytree(folder / FOLDER, Path(scratch) / FOLDER)
         try:
-            library = machine_code.foreign(copy, recipe.files, identifier, recipe.definitions, headers)
-        except RuntimeError as error:
+            library = machine_code.foreign(copy, recipe, identifier, _headers_of_fmi())
+        except (RuntimeError, ValueError) as error:
             raise ValueError(f"{where} has no binary for this machine, and its sources do not compile: {error}") from None
     file.parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(library, file)
-    _log.info("%s has no binary for this machine; its %d C files were compiled", where, len(recipe.files))
+    _log.info("%s has no binary for this machine; its %d C files were compiled", where, len(recipe))
 
 
 def _recipe(folder: Path, model: Description, where: str) -> Recipe | None:
     """None: it says nothing of sources."""
-    if model.version == "3":
-        return _recipe_3(folder / FOLDER / BUILD, model, where)
-    root = archive.xml((folder / MEMBER).read_bytes(), where)
-    listed = tuple(_inside(e.get("name", ""), where) for e in root.iterfind(f"{model.interface}/SourceFiles/File"))
-    return Recipe(listed) if listed else None
-
-
-def _recipe_3(file: Path, model: Description, where: str) -> Recipe | None:
-    if not file.is_file():
+    build = folder / FOLDER / BUILD
+    if model.version == "1":
         return None
-    said = f"{where}: its {BUILD}"
-    identifier = model.interfaces[model.interface]["modelIdentifier"]
-    root = archive.xml(file.read_bytes(), said)
+    if build.is_file():
+        return _described(build.read_bytes(), model.interfaces[model.interface]["modelIdentifier"], f"{where}: its {BUILD}")
+    root = archive.xml((folder / MEMBER).read_bytes(), where)
+    return {_inside(e.get("name", ""), where): () for e in root.iterfind(f"{model.interface}/SourceFiles/File")} or None
+
+
+def _described(data: bytes, identifier: str, said: str) -> Recipe:
+    """What a buildDescription.xml says of a library."""
+    root, faults = judged(archive.xml(data, said), "3", BUILD_DESCRIPTION)
+    for fault in faults:
+        if not fault.harmless:
+            raise ValueError(f"{said} must keep its schema: {fault}")
     builds = [e for e in root.iterfind("BuildConfiguration") if e.get("modelIdentifier") == identifier and not e.get("platform")]
     if not builds:
         raise ValueError(f"{said} must have a BuildConfiguration of {identifier!r} for any platform")
-    build = builds[0]
-    sets: Sequence[etree._Element] = list(build.iterfind("SourceFileSet"))
-    for one in sets:
-        if one.get("language", "") not in LANGUAGES:
-            raise ValueError(f"{said} must list sources in C, lists {one.get('language')}")
-    needed = [f"{e.get('name')}" for e in build.iterfind("Library") if e.get("external") in ("true", "1")]
+    needed = [name for e in builds[0].iterfind("Library") if (name := e.get("name", "")) not in AT_HAND]
     if needed:
         raise ValueError(f"{said} must need no library from elsewhere, needs {', '.join(needed)}")
-    return Recipe(
-        tuple(_inside(e.get("name", ""), said) for one in sets for e in one.iterfind("SourceFile")),
-        tuple(dict.fromkeys(_definition(e) for one in sets for e in one.iterfind("PreprocessorDefinition"))),
-        tuple(_inside(e.get("name", ""), said) for one in sets for e in one.iterfind("IncludeDirectory")),
-    )
+    recipe: dict[str, tuple[str, ...]] = {}
+    for one in builds[0].iterfind("SourceFileSet"):
+        if one.get("language", "") not in LANGUAGES:
+            raise ValueError(f"{said} must list sources in C, lists {one.get('language')}")
+        strange = [word for word in one.get("compilerOptions", "").split() if not word.startswith(OURS)]
+        if strange:
+            _log.warning("%s asks for compiler options that are not used: %s", said, " ".join(strange))
+        options = [
+            f"-D{_definition(e)}" for e in one.iterfind("PreprocessorDefinition") if e.get("optional") not in ("true", "1")
+        ]
+        options += [f"-I{_inside(e.get('name', ''), said)}" for e in one.iterfind("IncludeDirectory")]
+        recipe |= {_inside(e.get("name", ""), said): tuple(options) for e in one.iterfind("SourceFile")}
+    if not recipe:
+        raise ValueError(f"{said} must list a source of {identifier!r}, lists none")
+    return recipe
 
 
 def _definition(element: etree._Element) -> str:
