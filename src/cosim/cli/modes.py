@@ -1,5 +1,7 @@
 """cosim modes: the eigenvalues of a vehicle, or of a system, linearised at rest: frequency, damping, what moves."""
 
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -10,8 +12,10 @@ from gyro_cosim.component.units import quantity
 
 from ..errors import unknown
 from ..stability.at_rest import AtRest
+from ..stability.modes import Mode, crossings, modes_at
 from ..systems import System, catalogue
-from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, say
+from . import drawing
+from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, needs, say
 from .parameters import single
 
 RATES = ("_rate", "_velocity", "speed_deviation", "spin_deviation")
@@ -27,44 +31,92 @@ def command(
     set_: Values = None,
     params: Parameters = None,
     over: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
-            metavar="COMPONENT.PARAMETER=FROM:TO:N", help="the least stable root over a parameter: vehicle.speed=5:50:10"
+            metavar="COMPONENT.PARAMETER=FROM:TO:N",
+            help="the largest growth over a parameter, or over two: vehicle.speed=5:50:10",
         ),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="draw the root locus over one parameter, or a map over two")
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """List the modes of a system at rest on straight track: growth, frequency, damping ratio, and which state moves most.
+    """List the modes of a system at rest on straight track: growth, frequency, damping ratio, and which state takes part most.
 
-    With --over the largest growth is listed for each value, and where it changes sign between two of them.
+    With --over the largest growth is listed for each value, and where it changes sign, by bisection, with the mode that does.
+    Given twice it is a map over both parameters.
     """
+    needs("--plot", plot, "--over", over)
+    if over and len(over) > 2:
+        raise ValueError(f"--over must be given once or twice, got {len(over)} times")
+    drawing.check(plot)
     plan = chosen_system(name if is_system(name) else single(name), gyro, set_, vehicle=vehicle, swaps=swap, params=params)
-    free, values, unit = ((), np.zeros(0), "") if over is None else _range(plan, over)
-    rest = AtRest(plan, free, ignorable(plan))
-    if over is None:
+    ranges = [_range(plan, text) for text in over or ()]
+    rest = AtRest(plan, [one.key for one in ranges], ignorable(plan))
+    if not ranges:
         found: dict[str, Any] = {"system": plan.name, "velocities": velocities(rest.states), "modes": modes_of(rest)}
         say(as_json, lambda: found, *mode_words(found))
-        return 0
-    growth = [rest.growth((value,)) for value in values]
-    crossings = [
-        float(a + (b - a) * g / (g - h))
-        for a, b, g, h in zip(values, values[1:], growth, growth[1:], strict=False)
-        if (g > 0.0) != (h > 0.0)
-    ]
-    series = {
-        "system": plan.name,
-        "parameter": free[0],
-        "unit": unit,
-        "values": list(values),
-        "growth": growth,
-        "crossings": crossings,
-    }
-    table = Table(f"{free[0]} [{unit}]", "largest growth [1/s]", box=None, pad_edge=False)
-    for value, rate in zip(values, growth, strict=True):
-        table.add_row(f"{value:g}", f"{rate:.4g}")
-    lines = [f"stability changes near {free[0]} = {value:.4g} {unit}" for value in crossings] or ["stability does not change"]
-    say(as_json, lambda: series, table, *lines)
+    elif len(ranges) == 1:
+        _over_one(rest, ranges[0], plot, as_json)
+    else:
+        _over_two(rest, ranges[0], ranges[1], plot, as_json)
     return 0
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter as `component.parameter`, its values in SI, its unit."""
+
+    key: str
+    values: np.ndarray
+    unit: str
+
+    @property
+    def label(self) -> str:
+        return f"{self.key} [{self.unit}]"
+
+
+def _over_one(rest: AtRest, over: Range, plot: Path | None, as_json: bool) -> None:
+    growth = [rest.growth((value,)) for value in over.values]
+    changes = crossings(rest, over.values)
+    if plot is not None:
+        from ..figures import figure
+        from ..stability.figures import root_locus
+
+        fig, axes = figure(1, 1, (8.0, 5.0))
+        root_locus(axes[0, 0], rest.paths(over.values[:, None]), over.values, over.label)
+        # fast and slow roots lie decades apart; pairs are symmetric
+        axes[0, 0].set(xscale="symlog", yscale="symlog", ylim=(0.0, None))
+        drawing.save(fig, plot)
+    series = {
+        "system": rest.system.name, "parameter": over.key, "unit": over.unit, "values": list(over.values), "growth": growth,
+        "crossings": [value for value, _ in changes], "crossing_modes": [_row(mode) for _, mode in changes],
+    }  # fmt: skip
+    table = Table(over.label, "largest growth [1/s]", box=None, pad_edge=False)
+    for value, rate in zip(over.values, growth, strict=True):
+        table.add_row(f"{value:g}", f"{rate:.4g}")
+    lines = [
+        f"stability changes at {over.key} = {value:.6g} {over.unit}: {mode.frequency:.4g} Hz, mostly {mode.moves}"
+        for value, mode in changes
+    ]
+    say(as_json, lambda: series, table, *(lines or ["stability does not change"]))
+
+
+def _over_two(rest: AtRest, across: Range, along: Range, plot: Path | None, as_json: bool) -> None:
+    growth = np.array([[rest.growth((a, b)) for a in across.values] for b in along.values])
+    if plot is not None:
+        from ..stability.figures import growth_map
+
+        drawing.save(growth_map((across.label, across.values), (along.label, along.values), growth), plot)
+    series = {
+        "system": rest.system.name, "parameters": [across.key, along.key], "units": [across.unit, along.unit],
+        "values": [list(across.values), list(along.values)], "growth": growth.tolist(),
+    }  # fmt: skip
+    table = Table(f"{along.label}, across {across.label}", *(f"{a:g}" for a in across.values), box=None, pad_edge=False)
+    for b, row in zip(along.values, growth, strict=True):
+        table.add_row(f"{b:g}", *(f"{rate:.4g}" for rate in row))
+    say(as_json, lambda: series, "largest growth [1/s]", table)
 
 
 def ignorable(plan: System) -> tuple[str, ...]:
@@ -76,8 +128,8 @@ def ignorable(plan: System) -> tuple[str, ...]:
     )
 
 
-def _range(plan: System, text: str) -> tuple[tuple[str, ...], np.ndarray, str]:
-    """Parameter, its values in SI, its unit."""
+def _range(plan: System, text: str) -> Range:
+    """What --over says, checked."""
     key, _, ends = text.partition("=")
     parts = ends.split(":")
     if len(parts) != 3 or not parts[2].isdecimal() or int(parts[2]) < 2:
@@ -92,7 +144,7 @@ def _range(plan: System, text: str) -> tuple[tuple[str, ...], np.ndarray, str]:
         low, high = (rows[parameter].check(quantity(end, unit)) for end in parts[:2])
     except ValueError as error:
         raise ValueError(f"--over {error}") from None
-    return (key,), np.linspace(low, high, int(parts[2])), unit
+    return Range(key, np.linspace(low, high, int(parts[2])), unit)
 
 
 def velocities(states: tuple[str, ...]) -> int:
@@ -102,20 +154,15 @@ def velocities(states: tuple[str, ...]) -> int:
 
 def modes_of(rest: AtRest) -> list[dict[str, Any]]:
     """One row for each real root and each pair, in order of falling growth."""
-    values, vectors = np.linalg.eig(rest.matrix(rest.q0))
-    rows = []
-    for k in np.lexsort((values.imag, -values.real)):
-        s, shape = complex(values[k]), np.abs(vectors[:, k])
-        if s.imag < 0.0:
-            continue
-        damping = -s.real / abs(s) if s else 0.0
-        moves = rest.states[int(shape.argmax())].partition(" - ")[0]
-        rows.append({"growth": s.real, "frequency": s.imag / (2 * np.pi), "damping": float(damping), "moves": moves})
-    return rows
+    return [_row(mode) for mode in modes_at(rest, rest.q0)]
+
+
+def _row(mode: Mode) -> dict[str, Any]:
+    return {"growth": mode.root.real, "frequency": mode.frequency, "damping": mode.damping, "moves": mode.moves}
 
 
 def mode_words(found: dict[str, Any]) -> list[str | Table]:
-    table = Table("growth [1/s]", "frequency [Hz]", "damping", "moves most", box=None, pad_edge=False)
+    table = Table("growth [1/s]", "frequency [Hz]", "damping", "takes part most", box=None, pad_edge=False)
     for mode in found["modes"]:
         table.add_row(f"{mode['growth']:.4g}", f"{mode['frequency']:.4g}", f"{mode['damping']:.3f}", mode["moves"])
     return [f"{found['system']}: {found['velocities']} degrees of freedom", table]

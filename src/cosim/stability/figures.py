@@ -82,3 +82,29 @@ def damping_map(spin_rpm: np.ndarray, speed: np.ndarray, decay: np.ndarray, best
     ax.legend(loc="upper right")
     fig.colorbar(drawn, ax=ax, label="decay rate of the slowest root [1/s]")
     return fig
+
+
+def growth_map(across: tuple[str, np.ndarray], along: tuple[str, np.ndarray], growth: np.ndarray) -> "Figure":
+    """Draw the largest growth over two parameters; a line where it is zero.
+
+    Parameters
+    ----------
+    across, along
+        Label of an axis and the values on it, shapes (m,) and (n,).
+    growth
+        1/s, shape (n, m).
+
+    Returns
+    -------
+    Figure
+    """
+    fig, axes = figure(1, 1, (8.0, 5.0))
+    ax = axes[0, 0]
+    most = float(np.abs(growth).max()) or 1.0  # colours change at zero
+    drawn = ax.contourf(across[1], along[1], growth, levels=np.linspace(-most, most, 25), cmap="RdBu_r")
+    if growth.min() < 0.0 < growth.max():
+        ax.contour(across[1], along[1], growth, levels=[0.0], colors="k", linewidths=1.5)
+    ax.set_xlabel(across[0])
+    ax.set_ylabel(along[0])
+    fig.colorbar(drawn, ax=ax, label="largest growth [1/s], stable below 0")
+    return fig
