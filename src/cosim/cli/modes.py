@@ -47,7 +47,7 @@ def command(
     With --over the largest growth is listed for each value, and where it changes sign, by bisection, with the mode that does.
     Given twice it is a map over both parameters.
     """
-    needs("--plot", plot, "--over", over)
+    needs("--plot", plot, "--over", bool(over))
     if over and len(over) > 2:
         raise ValueError(f"--over must be given once or twice, got {len(over)} times")
     drawing.check(plot)
