@@ -2,6 +2,7 @@
 
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from gyro_cosim.slaves import open_slave, tunable
 from gyro_cosim.slaves.base import Texting
 from gyro_cosim.ssp.packing import pack
 from gyro_cosim.systems import Port
+from gyro_cosim.systems.scenario import Event, Scenario
 
 
 def system(*parts: tuple[str, Path, dict[str, Any]], wires: tuple[str, ...] = ()) -> System:
@@ -27,7 +29,7 @@ def system(*parts: tuple[str, Path, dict[str, Any]], wires: tuple[str, ...] = ()
 WHEN = {  # s, up to 1
     "constant": np.arange(0.0, 1.05, 0.1), "fixed": np.arange(0.05, 1.0, 0.1),
     "tunable": np.arange(0.0, 1.05, 0.1), "changing": 0.1 * np.array([0, 1, 3, 6, 10]),
-    "countdown": 0.1 * np.array([1, 2, 4, 7]),
+    "countdown": 0.1 * np.array([1, 2, 4, 7]), "from parameters": np.arange(0.05, 1.0, 0.1),
 }  # fmt: skip
 
 
@@ -124,6 +126,45 @@ def test_an_interval_that_is_tuned_counts_from_the_last_tick_on(tmp_path: Path) 
     slave.step(U, 0.45, 0.1)
     assert slave.output(U[0], 0.55)[[names.index("ticks"), names.index("last")]].tolist() == [4, 0.5]
     slave.close()
+
+
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+@pytest.mark.parametrize(("kind", "first"), [("fixed", 0.05), ("tunable", 0.0)])
+def test_the_interval_of_a_clock_can_be_given_by_whoever_runs_the_fmu(
+    kind: str, first: float, exchange: bool, tmp_path: Path
+) -> None:
+    """Where the description states one (FMI 3.0.2, 2.2.9.3); the shift is the description's."""
+    file = clock_fmus.clocks(tmp_path, kind, exchange=exchange)
+    given = {"kind": clock_fmus.KINDS.index(kind), "every": "250 ms", "v": 3.0}
+    done = simulate(system(("a", file, given)), step=0.04, stop=1.0).trajectory
+    np.testing.assert_array_equal(done["a.ticks"], np.floor((done.t - first) / 0.25 + 1e-6) + 1)
+
+
+@pytest.mark.parametrize("isolate", [False, True], ids=["here", "isolated"])
+@pytest.mark.parametrize("exchange", [False, True], ids=["co-simulation", "model exchange"])
+def test_a_scenario_gives_a_tunable_clock_another_interval(exchange: bool, isolate: bool, tmp_path: Path) -> None:
+    """Ticks at 0, 0.1, 0.2, 0.3; from 0.35 on 0.2 after the last one: 0.5, 0.7, 0.9."""
+    file = clock_fmus.clocks(tmp_path, "tunable", exchange=exchange)
+    plan = system(("a", file, {"kind": clock_fmus.KINDS.index("tunable")}))
+    events = Scenario((Event(0.35, "set", "a.every", value=0.2),))
+    done = simulate(replace(plan, scenario=events), step=0.05, stop=1.0, isolate=isolate).trajectory
+    ticks = np.array([0, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
+    np.testing.assert_array_equal(done["a.ticks"], [np.sum(ticks <= t + 1e-9) for t in done.t])
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "words"),
+    [
+        ("fixed", "0 s", "a.every: must be at least 1e-12 s, got 0 s"),
+        ("fixed", "3 m", "a.every: unit 'm' cannot be expressed in 's'"),
+        ("constant", "1 s", "a.every must be something that takes a value, is a Clock with an interval of its own"),
+        ("from parameters", "1 s", "a.every must be something that takes a value, is a Clock with an interval of its own"),
+    ],
+)
+def test_an_interval_that_cannot_be_given_is_refused(kind: str, value: str, words: str, tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path, kind)
+    with pytest.raises(ValueError, match=re.escape(words)):
+        simulate(system(("a", file, {"kind": clock_fmus.KINDS.index(kind), "every": value})), step=0.1, stop=0.1)
 
 
 @pytest.mark.parametrize(

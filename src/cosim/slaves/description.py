@@ -97,6 +97,8 @@ class SlaveDescription:
             Names component, variable, rule and value.
         """
         for name in given:
+            if name not in self.settable and name in self.excluded:
+                raise ValueError(f"{component}.{name} must be something that takes a value, is a {self.excluded[name]}")
             if name not in self.settable:
                 raise unknown(f"parameter of {component!r}:", name, self.settable)
         values = {}

@@ -12,7 +12,7 @@
 #include "fmi3Functions.h"
 
 enum { TIME, EVERY, GO, OUT, U, V, TICKS, GOES, SUM, LAST, HELD, LETTER, ANSWER, EACH, X, DX, INTERVAL, KIND, PLAIN, N };
-enum { CONSTANT, FIXED, TUNABLE, CHANGING, COUNTDOWN };
+enum { CONSTANT, FIXED, TUNABLE, CHANGING, COUNTDOWN, FROM_PARAMETERS }; /* the last: fixed, no interval stated */
 enum { INSTANTIATED, INITIALIZATION, EVENT, STEP, CONTINUOUS };
 
 typedef struct {
@@ -51,7 +51,7 @@ fmi3Status fmi3Terminate(fmi3Instance c) { return (void)c, fmi3OK; }
 
 static void plan(It *s) { /* the next tick, after one now */
     int k = (int)s->v[KIND];
-    s->due = s->v[TIME] + s->v[INTERVAL] * (k >= CHANGING ? s->v[TICKS] : 1), s->changed = 1;
+    s->due = s->v[TIME] + s->v[INTERVAL] * (k == CHANGING || k == COUNTDOWN ? s->v[TICKS] : 1), s->changed = 1;
 }
 fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean a, fmi3Float64 d, fmi3Float64 start, fmi3Boolean e, fmi3Float64 f) {
     (void)a, (void)d, (void)e, (void)f;
@@ -64,7 +64,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
     It *s = c;
     if (s->mode != INITIALIZATION) return fmi3Error;
     int k = (int)s->v[KIND];
-    s->due = s->v[TIME] + (k == FIXED ? s->v[INTERVAL] / 2 : k == COUNTDOWN ? s->v[INTERVAL] : 0);
+    s->due = s->v[TIME] + (k == FIXED ? 0.05 : k == FROM_PARAMETERS ? s->v[INTERVAL] / 2 : k == COUNTDOWN ? s->v[INTERVAL] : 0);
     s->mode = s->events ? EVENT : STEP; /* without event mode no clock ticks */
     if (!s->events) s->due = INFINITY;
     return fmi3OK;
@@ -116,11 +116,27 @@ fmi3Status fmi3GetIntervalDecimal(fmi3Instance c, const fmi3ValueReference vr[],
                                   fmi3IntervalQualifier qualifier[]) {
     It *s = c;
     int k = (int)s->v[KIND];
-    if (s->mode != EVENT || n != 1 || vr[0] != EVERY || k <= FIXED) return fmi3Error;
+    if (s->mode != (k == FROM_PARAMETERS ? INITIALIZATION : EVENT) || n != 1 || vr[0] != EVERY || k <= FIXED) return fmi3Error;
     if (!s->changed) return qualifier[0] = fmi3IntervalUnchanged, fmi3OK;
-    interval[0] = s->v[INTERVAL] * (k >= CHANGING && s->v[TICKS] > 0 ? s->v[TICKS] : 1);
+    interval[0] = s->v[INTERVAL] * ((k == CHANGING || k == COUNTDOWN) && s->v[TICKS] > 0 ? s->v[TICKS] : 1);
     qualifier[0] = fmi3IntervalChanged, s->changed = 0;
     return fmi3OK;
+}
+
+fmi3Status fmi3GetShiftDecimal(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 shift[]) {
+    It *s = c;
+    if (s->mode != INITIALIZATION || n != 1 || vr[0] != EVERY || s->v[KIND] != FROM_PARAMETERS) return fmi3Error;
+    return shift[0] = s->v[INTERVAL] / 2, fmi3OK;
+}
+static void retime(It *s, double interval) { /* the interval counts from the last tick on */
+    if (s->mode == EVENT) s->due += interval - s->v[INTERVAL], s->changed = 1;
+    s->v[INTERVAL] = interval;
+}
+fmi3Status fmi3SetIntervalDecimal(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 interval[]) {
+    It *s = c;
+    int k = (int)s->v[KIND], now = s->mode == INITIALIZATION || (s->mode == EVENT && k == TUNABLE);
+    if (!now || n != 1 || vr[0] != EVERY || (k != FIXED && k != TUNABLE) || interval[0] <= 0) return fmi3Error;
+    return retime(s, interval[0]), fmi3OK;
 }
 
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set, fmi3Boolean *event,
@@ -174,8 +190,7 @@ static int is_whole(fmi3ValueReference vr) { return vr == TICKS || vr == GOES ||
         It *s = c; \
         for (size_t i = 0; i < n; i++) { \
             if (n != m || is_whole(vr[i]) != whole || !may_set(s, vr[i])) return fmi3Error; \
-            if (vr[i] == INTERVAL && s->mode == EVENT && s->v[KIND] == TUNABLE) \
-                s->due += (double)value[i] - s->v[INTERVAL], s->changed = 1; \
+            if (vr[i] == INTERVAL && s->v[KIND] == TUNABLE) retime(s, (double)value[i]); \
             s->v[vr[i]] = (double)value[i]; \
         } \
         return fmi3OK; \

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base import Clocked, Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting
+from ..base import Clocked, Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting, Tunable
+from ..fmi.eventful import EventfulFmu
 from ..fmi.events import EventState, without_memory
 from ..fmi.fmu import FmuSlave
 from ..fmi.log import Log
@@ -24,7 +25,7 @@ from .motion import Known, Motion
 TOLERANCE = 1e-6  # relative, where neither the FMU nor the run says
 
 
-class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clocked, Following):
+class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Tunable, Promised, Clocked, Following):
     """Runs an FMU that is open for Model Exchange, and releases it in close().
 
     tolerance : relative, of the integration, to be set before begin(); the run's, else that of the FMU's DefaultExperiment, else
@@ -75,6 +76,7 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
         self._stand_still()
         self._fmu.begin(values, t, stop)
+        self._ticking.initialize(self._fmu.intervals if isinstance(self._fmu, EventfulFmu) else {}, t)
         self._t, self._u, self._note = t, None, EventState()
 
     def finish(self) -> None:
@@ -108,6 +110,17 @@ class ExchangeSlave(Serializable, Linearisable, Counting, Texting, Promised, Clo
         if rows:
             self._motion.through_event(lambda: self._fmu.put_texts(rows, t), t)
         return bool(rows)
+
+    def tune(self, values: Mapping[str, Value], t: float) -> None:
+        """In event mode, as the standard wants it."""
+        clocks = {name: float(values[name]) for name in values if name in self._ticking.periods}  # type: ignore[arg-type]
+
+        def change() -> None:
+            self._fmu.tune({name: value for name, value in values.items() if name not in clocks}, t)
+            if clocks:
+                self._learn(self._ticking.give(self._known_note, clocks, t))
+
+        self._moving.through_event(change, t)
 
     def expect(self, ticks: Sequence[Tick]) -> None:
         self._learn(expecting(self._known_note, tuple(ticks)))

@@ -1,14 +1,18 @@
 """Clocks of an FMU with event mode: when its time-based input clocks tick, and what is asked and told in event mode.
 
-constant, fixed     at start + shift + k interval, as the description says
-tunable             the same, or as the FMU says at the start; an interval that has changed counts from the last tick on
+constant            at start + shift + k interval, as the description says
+fixed, tunable      the same where the description states an interval: whoever runs the FMU may give it another one, of a fixed
+                    clock before the run, of a tunable one also on the way. Where it states none, the FMU says in initialization
+                    mode what follows from its parameters, and in event mode where tunable ones have changed
 changing            each tick says how long it is to the next
 countdown           the FMU says in event mode that a tick comes after an interval, once
 triggered           input: where another component's clock ticks it; output: the FMU says in event mode whether it ticks
+
+An interval that has changed counts from the last tick on.
 """
 
 import ctypes
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -49,6 +53,12 @@ def announced(model: Description) -> list[Row]:
     return _clocks(model, "output")
 
 
+def is_given(row: Row) -> bool:
+    """Whether a clock has an interval that whoever runs the FMU may give."""
+    periodic = row.causality == "input" and row.timing.get("intervalVariability") in ("fixed", "tunable")
+    return row.type == "Clock" and periodic and "intervalDecimal" in row.timing
+
+
 def clocked(model: Description) -> dict[str, tuple[str, ...]]:
     """The names of the clocks of each clocked input."""
     names = {row.reference: row.name for row in reversed(model.rows) if row.type == "Clock"}
@@ -69,22 +79,43 @@ class Clocks:
         self._references = {row.name: row.reference for row in (*self.timed, *triggered(model))}
         self._flags = (ctypes.c_bool * len(self._announced))()
         self._outputs = (ctypes.c_uint * len(self._announced))(*(row.reference for row in self._announced))
+        self._said: dict[str, tuple[float, float]] = {}  # interval and shift (s), of those whose description states none
 
-    def timers(self, instance: Any, t: float) -> tuple[Timer, ...]:
-        """From the start of the run at t (s), in the first event mode."""
-        return tuple(self._timer(instance, row, t) for row in self.timed)
+    def ask(self, instance: Any, t: float) -> None:
+        """In initialization mode at t (s): what follows from the parameters of the run."""
+        get = ("fmi3GetShiftDecimal", POINTER, REFERENCES, SIZE, POINTER)
+        for row in self.timed:
+            if row.timing["intervalVariability"] in ("fixed", "tunable") and _stated(row, "interval") is None:
+                _, interval = self._interval(instance, row, t)
+                shift = ctypes.c_double()
+                status = self._library.function(*get)(instance, _one(row), 1, ctypes.byref(shift))
+                self._check(status, f"fmi3GetShiftDecimal of {row.name!r}", t, 0.0)
+                self._said[row.name] = interval, shift.value
 
-    def _timer(self, instance: Any, row: Row, t: float) -> Timer:
+    def give(self, instance: Any, intervals: Mapping[str, float], t: float) -> None:
+        """In initialization mode or event mode at t (s): intervals (s) of clocks as whoever runs the FMU wants them."""
+        for name, interval in intervals.items():
+            put = self._library.function("fmi3SetIntervalDecimal", POINTER, REFERENCES, SIZE, POINTER)
+            status = put(instance, (ctypes.c_uint * 1)(self._references[name]), 1, ctypes.byref(ctypes.c_double(interval)))
+            self._check(status, f"fmi3SetIntervalDecimal of {name!r} to {interval:g} s", t, 0.0)
+
+    def timers(self, instance: Any, given: Mapping[str, float], t: float) -> tuple[Timer, ...]:
+        """From the start of the run at t (s), in the first event mode. given : intervals (s) that whoever runs it gives."""
+        return tuple(self._timer(instance, row, given, t) for row in self.timed)
+
+    def _timer(self, instance: Any, row: Row, given: Mapping[str, float], t: float) -> Timer:
         kind = row.timing["intervalVariability"]
         if kind == "countdown":
             return self._asked(instance, row, Timer(), t, ticked=False)
-        interval, shift = _stated(row, "interval"), _stated(row, "shift")
-        if kind in ("constant", "fixed"):
-            if interval is None or interval <= 0.0:
-                raise ValueError(f"clock {row.name!r} must have an interval above 0, the description says {interval}")
+        who = "the FMU" if row.name in self._said else "the description"
+        interval, shift = self._said.get(row.name, (_stated(row, "interval"), _stated(row, "shift")))
+        interval = given.get(row.name, interval)
+        if kind in ("constant", "fixed") or row.name in self._said:
+            if interval is None or not 0.0 < interval < inf:
+                raise ValueError(f"clock {row.name!r} must have an interval above 0, {who} says {interval}")
             return Timer(t + (shift or 0.0), interval)
         qualifier, asked = self._interval(instance, row, t)
-        if qualifier == CHANGED or (qualifier == UNCHANGED and interval is None):
+        if row.name not in given and (qualifier == CHANGED or (qualifier == UNCHANGED and interval is None)):
             interval = asked
         return Timer() if interval is None or interval <= 0.0 else Timer(t + (shift or 0.0), interval)
 
@@ -133,6 +164,13 @@ class Clocks:
             for row, timer in zip(self.timed, timers, strict=True)
         )
 
+    def given(self, timers: Sequence[Timer], intervals: Mapping[str, float]) -> tuple[Timer, ...]:
+        """Where intervals (s) of tunable clocks have been given on the way."""
+        return tuple(
+            _from_last_tick(timer, intervals[row.name]) if row.name in intervals else timer
+            for row, timer in zip(self.timed, timers, strict=True)
+        )
+
     def _asked(self, instance: Any, row: Row, timer: Timer, t: float, *, ticked: bool) -> Timer:
         qualifier, interval = self._interval(instance, row, t)
         kind = row.timing["intervalVariability"]
@@ -142,9 +180,12 @@ class Clocks:
             return timer
         if timer.first == inf or ticked:  # from here on
             return Timer(t, interval, 1)
-        if kind == "tunable" and interval != timer.interval and timer.k > 0:
-            return Timer(timer.due - timer.interval, interval, 1)
-        return timer
+        return _from_last_tick(timer, interval) if kind == "tunable" and interval != timer.interval else timer
+
+
+def _from_last_tick(timer: Timer, interval: float) -> Timer:
+    """With another interval (s), which counts from its last tick on; before the first one it is where it was."""
+    return Timer(timer.due - timer.interval, interval, 1) if timer.k > 0 else Timer(timer.first, interval)
 
 
 def _stated(row: Row, what: str) -> float | None:

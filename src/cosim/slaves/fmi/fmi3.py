@@ -5,32 +5,25 @@ follows. So an event counts at its own time, whatever the macro step.
 """
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ...errors import EndRequest, SlaveError
-from ..base import Clocked
-from ..description import SlaveDescription
-from ..signal import Text, Value
-from ..tick import Tick
-from . import events
-from .buffers import present, references
+from ...errors import EndRequest
+from .buffers import references
+from .eventful import EventfulFmu
 from .instantiation import Instantiation
 from .library import POINTER, REFERENCES, SIZE, STATUS, Library
 from .raw import RawFmu
-from .ticking import Ticking, expecting
-from .told_steps import SteppingFmu
 
 BEYOND = 1e-3  # of a step, by which an FMU may be beyond its end by its own account
 STUCK = 1000  # events and early returns at one time after which an FMU counts as stuck
 _INTEGERS = {f"{sign}Int{bits}": f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")}
 
 
-class Fmi3Slave(SteppingFmu, Clocked):
+class Fmi3Slave(EventfulFmu):
     """Inputs of higher degree reach it by intermediate update, where it asks for them."""
 
     types: ClassVar = {
@@ -59,16 +52,6 @@ class Fmi3Slave(SteppingFmu, Clocked):
                 "fmi3GetDirectionalDerivative", POINTER, REFERENCES, SIZE, REFERENCES, SIZE, POINTER, SIZE, POINTER, SIZE
             )
 
-    def _adopt(self, description: SlaveDescription) -> None:
-        """With event mode or without."""
-        super()._adopt(description)
-        if bool(description.clocked) != bool(self.by_clock):
-            self._describe()
-        self._discrete = np.flatnonzero([not s.smooth and s.name not in description.clocked for s in self.inputs])
-        with_events, self.ticking = description.counts_events, Ticking(self, self._opened.library)
-        self._event_mode = events.EventMode(self._opened.library, self.check) if with_events else None
-        self._put = self._put_with_events if with_events and (self._discrete.size or self.by_clock) else self._set_inputs
-
     def _moves(self, suffix: str, references: Any, n: int, buffer: np.ndarray) -> tuple[Callable[..., int], Callable[..., int]]:
         pointer, size = buffer.ctypes.data_as(POINTER), buffer.size
         kinds = (POINTER, REFERENCES, SIZE, POINTER, SIZE)
@@ -76,83 +59,21 @@ class Fmi3Slave(SteppingFmu, Clocked):
         return lambda it: get(it, references, n, pointer, size), lambda it: set_(it, references, n, pointer, size)
 
     def _instantiate(self) -> Any:
-        self._inputs_known = False
+        self._inputs_known, self.intervals = False, {}
         return self._instances.instance(self.name, self._answers, with_events=self._event_mode is not None)
 
     def _enter_initialization(self, t: float, stop: float) -> None:
         self._forget_steps()
         given = (False, 0.0) if self.tolerance is None else (True, self.tolerance)
         self.check(self._enter(self._instance, *given, t, self.usage.ends, stop), "fmi3EnterInitializationMode", t, 0.0)
+        if self._event_mode is not None:
+            self.ticking.initialize(self.intervals, t)
 
     def _leave_initialization(self, t: float) -> None:
         self.check(self._exit(self._instance), "fmi3ExitInitializationMode", t, 0.0)
-        if self._event_mode is not None:  # where it now is
-            if self._discrete.size:
-                u = present(self._input_groups, self._instance, np.zeros(self._u.size), self.check, t)
-                self._learn(replace(self._note, discrete=tuple(u[self._discrete].tolist())))
-            u0 = self._u if self._inputs_known else None
-            self._learn(self.ticking.tick(self.ticking.begin(self._note, t), u0, t, 0.0))
-            self._leave_event_mode(t, 0.0)
+        self._first_events(t)
         self._answers.begin(self._instance, np.zeros((3, 0)), t)
         self._raw = self._make_raw()
-
-    def tune(self, values: Mapping[str, Value], t: float) -> None:
-        """In event mode where the FMU has one, as the standard wants it there."""
-        if self._event_mode is None:
-            super().tune(values, t)
-        else:
-            self._through_event(partial(super().tune, values, t), t)
-
-    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
-        """They are discrete inputs, too."""
-        rows = self.changed_texts(texts)
-        if rows and self._event_mode is not None and not self._mode:
-            self._through_event(partial(self.put_texts, rows, t), t)
-        elif rows:
-            self.put_texts(rows, t)
-        return bool(rows)
-
-    def _put_with_events(self, u: np.ndarray, t: float, h: float) -> None:
-        """Discrete inputs of an FMU with event mode change there only; before that it sets them in initialization mode."""
-        self._u[:], self._inputs_known = u, True
-        if self._mode or tuple(u[self._discrete].tolist()) == self._note.discrete:
-            self._set_inputs(u, t, h)
-        else:
-            self._handle_event(u, t, h)
-
-    def _handle_event(self, u: np.ndarray, t: float, h: float) -> None:
-        """Through event mode at t (s), where the inputs are u."""
-
-        def happen() -> None:
-            self._set_inputs(u, t, h)
-            self._learn(self.ticking.tick(replace(self._note, discrete=tuple(u[self._discrete].tolist())), u, t, h))
-
-        self._through_event(happen, t, h)
-
-    def _through_event(self, change: Callable[[], None], t: float, h: float = 0.0) -> None:
-        """Through event mode at t (s), where `change` is done."""
-        assert self._event_mode is not None
-        self._event_mode.enter(self._instance, t, h)
-        change()
-        self._learn(replace(self._note, events=self._note.events + 1))
-        self._leave_event_mode(t, h)
-
-    def expect(self, ticks: Sequence[Tick]) -> None:
-        self._learn(expecting(self._note, tuple(ticks)))
-
-    def take_ticks(self) -> Sequence[Tick]:
-        found, self.ticking.listening = self._note.ticked, True
-        self._learn(replace(self._note, ticked=()))
-        return found
-
-    def _leave_event_mode(self, t: float, h: float) -> None:
-        assert self._event_mode is not None
-        look = partial(self.ticking.look, t=t)
-        due, ends, settled = self._event_mode.leave(self._instance, t, h, lambda: self._learn(look(self._note)))
-        self.ticking.leave()
-        self._learn(replace(self._note, due=due, ends=self._note.ends or ends))
-        if not settled:
-            self._fails(f"the discrete states must settle, they do not in {events.UPDATES} updates", t, h)
 
     def try_derivatives(self, order: int, t: float) -> None:
         pass  # it asks for its inputs, and need not be told
@@ -253,10 +174,6 @@ class Fmi3Slave(SteppingFmu, Clocked):
         hint = f" (its own step is fixed to {self.model.own_step:g} s)" if self.model.own_step else ""
         how = "returned early at" if self._reached.value <= t + h else "went on to"
         self._fails(f"the FMU must do the whole step, {how} t = {self._reached.value:.9g} s{hint}", t, h)
-
-    def _fails(self, reason: str, t: float, h: float) -> None:
-        self._running = False
-        raise SlaveError(self.name, t, h, reason, self.log.said())
 
     def _make_raw(self) -> RawFmu | None:
         """See RawFmu; None where a signal is no Float64 or an array, or where discrete inputs may need event mode."""

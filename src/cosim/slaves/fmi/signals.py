@@ -8,12 +8,13 @@ import numpy as np
 
 from ..description import SlaveDescription
 from ..signal import Signal, Type, Value
-from .clocks import announced, clocked, time_based, triggered
+from .clocks import announced, clocked, is_given, time_based, triggered
 from .description import Description
 from .events import ticks, used
 from .intermediate_update import asked_for
 from .rows import REAL, TEXTS, Row
 
+SHORTEST = 1e-12  # s, interval of a clock that may be given
 _KINDS: dict[str, Type] = {"Boolean": "boolean", "String": "string", "Binary": "binary", "Enumeration": "enumeration"}
 
 
@@ -39,6 +40,8 @@ def described(description: Description) -> SlaveDescription:
                 settable |= {s.name: s for s in _elements(row, kind)}
     ticking = ticks(description)
     clock_inputs, clock_outputs = (tuple(r.name for r in rows) for rows in (triggered(description), announced(description)))
+    if ticking:
+        settable |= {row.name: _interval(row) for row in time_based(description) if is_given(row)}
     own = dict.fromkeys((r.name for r in time_based(description)), "Clock with an interval of its own")
     silent = {} if ticking else dict.fromkeys((*own, *clock_inputs, *clock_outputs), "Clock of an FMU without event mode")
     by_clock = clocked(description) if ticking else {}
@@ -62,7 +65,7 @@ def described(description: Description) -> SlaveDescription:
         clock_inputs=clock_inputs if ticking else (),
         clock_outputs=(*clock_outputs, *own) if ticking else (),
         clocked={name: by_clock[row.name] for row in description.rows if row.name in by_clock for name in names(row)},
-        tunable=frozenset(name for row in description.rows if _is_tunable(row) for name in names(row)),
+        tunable=frozenset(n for row in description.rows if _is_tunable(row) for n in names(row) if n in settable),
         text_inputs=tuple(s for row in texts(description, "input") for s in _elements(row, "input")),
         text_outputs=tuple(s for row in texts(description, "output") for s in _elements(row, "output")),
         variable_steps="CoSimulation" not in description.interfaces or description.can("canHandleVariableCommunicationStepSize"),
@@ -71,6 +74,8 @@ def described(description: Description) -> SlaveDescription:
 
 
 def _is_tunable(row: Row) -> bool:
+    if is_given(row):
+        return row.timing["intervalVariability"] == "tunable"
     return row.causality == "parameter" and row.variability == "tunable" and row.type not in (*TEXTS, "Clock")
 
 
@@ -127,6 +132,12 @@ def _signal(row: Row, kind: Any, name: str, element: int | None) -> Signal:
         name, kind, row.unit, start, low, high, row.description, smooth, type_, row.definition, row.items,
         row.shape if element is None else (), row.display, row.nominal,
     )  # fmt: skip
+
+
+def _interval(row: Row) -> Signal:
+    """What a clock's interval is to the master: a parameter called as the clock is."""
+    start = float(row.timing["intervalDecimal"])
+    return Signal(row.name, "parameter", "s", start, SHORTEST, None, row.description or "interval of the clock")
 
 
 def _elements(row: Row, kind: Any) -> list[Signal]:

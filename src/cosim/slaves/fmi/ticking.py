@@ -1,8 +1,10 @@
 """The ticks of an instance's clocks on its way: which are due, what is set and read where they happen, what has ticked.
 
-Whoever takes the FMU through event mode calls, in this order and in event mode but for due():
+Whoever takes the FMU through event mode calls `initialize` in initialization mode before it, and then, in this order and in
+event mode but for due():
 
     begin   once, at the start of the run
+    give    where intervals of clocks are given on the way
     due     when the next tick comes
     tick    those that are due
     look    before and after each update of the discrete states
@@ -10,14 +12,16 @@ Whoever takes the FMU through event mode calls, in this order and in event mode 
 What changes is a part of the note that is kept beside the FMU's state, see EventState.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
 from ..signal import Text, Value
 from ..tick import Tick
 from .buffers import Group
-from .clocks import Clocks, clocked
+from .clocks import Clocks, clocked, is_given
 from .events import EventState
 from .fmu import FmuSlave
 from .library import Library
@@ -38,8 +42,11 @@ class ClockedGroup:
 class Ticking:
     """What an FMU does of its clocks in event mode; nothing where it has none.
 
-    listening : whether anybody takes the ticks of its output clocks.
+    listening : whether anybody takes the ticks of its output clocks. intervals : of clocks (s), as they are given for the run.
+    periods : names of the clocks whose intervals may be given.
     """
+
+    intervals: Mapping[str, float] = MappingProxyType({})
 
     def __init__(self, fmu: FmuSlave, library: Library) -> None:
         ticks = fmu.description.counts_events or fmu.model.exchanged
@@ -57,14 +64,26 @@ class Ticking:
             if row.name in by_clock and row.type in TEXTS
             for name in names(row)
         }
+        self.periods = frozenset(row.name for row in self._clocks.timed if is_given(row))
         self._rows = {row.name: row for row in model.rows}
         self._active: frozenset[str] = frozenset()
         self._own: tuple[str, ...] = ()  # time-based ones that have ticked, and nobody has looked yet
         self.listening = False
 
+    def initialize(self, intervals: Mapping[str, float], t: float) -> None:
+        """In initialization mode at t (s): give clocks these intervals (s), and ask for those that follow from parameters."""
+        self.intervals = dict(intervals)
+        self._clocks.give(self._fmu.instance, intervals, t)
+        self._clocks.ask(self._fmu.instance, t)
+
     def begin(self, note: EventState, t: float) -> EventState:
         """The run begins at t (s)."""
-        return replace(note, timers=self._clocks.timers(self._fmu.instance, t))
+        return replace(note, timers=self._clocks.timers(self._fmu.instance, self.intervals, t))
+
+    def give(self, note: EventState, intervals: Mapping[str, float], t: float) -> EventState:
+        """At t (s): tunable clocks get these intervals (s)."""
+        self._clocks.give(self._fmu.instance, intervals, t)
+        return replace(note, timers=self._clocks.given(note.timers, intervals))
 
     def due(self, note: EventState) -> float:
         """When the next input clock ticks (s)."""
