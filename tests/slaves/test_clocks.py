@@ -1,5 +1,6 @@
 """Clocks of FMI 3.0: ticked at their own times, passed on from component to component, with what changes at a tick."""
 
+import json
 import re
 import zipfile
 from dataclasses import replace
@@ -16,6 +17,8 @@ from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.slaves import open_slave, tunable
 from gyro_cosim.slaves.base import Texting
+from gyro_cosim.slaves.processes.messages import answered
+from gyro_cosim.slaves.processes.protocol import Kind
 from gyro_cosim.ssp.packing import pack
 from gyro_cosim.systems import Port
 from gyro_cosim.systems.scenario import Event, Scenario
@@ -227,3 +230,53 @@ def test_a_clock_with_an_interval_of_its_own_ticks_those_of_others(tmp_path: Pat
     done = simulate(plan, step=0.25, stop=1.0)
     assert done.trajectory["b.goes"].tolist() == [0, 2, 3, 4, 4]
     assert done.trajectory["b.sum"].tolist() == [0, 0 + 1, 1 + 2, 3 + 3, 6]
+
+
+def test_clocks_and_texts_of_a_unit_elsewhere_arrive_like_those_of_one_that_is_here(tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path)
+    wires = ("a.out -> b.go", "a.last -> b.u", "b.out -> c.go", "b.answer -> c.letter", "b.goes -> c.u")
+    values = [("a", {}), ("b", {"letter": b"abc", "each": 0}), ("c", {"each": 0})]
+    here = simulate(system(*((n, file, v) for n, v in values), wires=wires), step=0.25, stop=1.0)
+    there = simulate(system(*((n, f"process:{file}", v) for n, v in values), wires=wires), step=0.25, stop=1.0)  # type: ignore[misc]
+    np.testing.assert_array_equal(there.trajectory.values, here.trajectory.values)
+    assert there.trajectory["c.goes"][-1] > 3
+
+
+def test_a_unit_elsewhere_changes_its_parameters_on_the_way(tmp_path: Path) -> None:
+    """In event mode, as here."""
+    file = clock_fmus.clocks(tmp_path, "tunable")
+    given, events = {"kind": clock_fmus.KINDS.index("tunable")}, Scenario((Event(0.35, "set", "a.interval", value=0.2),))
+    runs = [
+        simulate(replace(system(("a", source, given)), scenario=events), step=0.05, stop=1.0)  # type: ignore[arg-type]
+        for source in (file, f"process:{file}")
+    ]
+    np.testing.assert_array_equal(runs[1].trajectory.values, runs[0].trajectory.values)
+    assert runs[0].trajectory["a.ticks"][-1] == 7
+
+
+def test_where_answers_may_be_missing_no_clock_can_be_joined(tmp_path: Path) -> None:
+    file = clock_fmus.clocks(tmp_path)
+    plan = system(("a", file, {}), ("b", f"process:{file}?late=hold", {}), wires=("a.out -> b.go",))  # type: ignore[arg-type]
+    with pytest.raises(WiringError, match=re.escape("b.go is a Clock of a unit that tells of none in time")):
+        simulate(plan, step=0.25, stop=1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "content", "words"),
+    [
+        (Kind.TUNE, {"values": {"each": 3.0}, "t": 0.0}, "'each' must be a parameter that may change on the way"),
+        (Kind.TUNE, {"values": {"every": -1.0}, "t": 0.0}, "every: must be at least 1e-12 s, got -1.0"),
+        (Kind.GIVE_TEXTS, {"values": {"letter": "abc"}, "t": 0.0}, "'letter' must be a text input, and bytes its value"),
+        (Kind.EXPECT, {"ticks": [[0.1, ["out"], [], [], {}]]}, "'out' must be an input clock"),
+        (Kind.EXPECT, {"ticks": [[0.1, ["go"], [], [[9, 1.0]], {}]]}, "a tick must tell of inputs 0 to 2"),
+        (Kind.EXPECT, {"ticks": [["inf", ["go"], [], [], {}]]}, "a tick must have finite numbers"),
+        (Kind.EXPECT, {"ticks": 3}, "ticks must be a list of at most 100000"),
+        (Kind.EXPECT, {"ticks": [3]}, "no tick: "),
+    ],
+)
+def test_a_unit_believes_no_message(kind: Kind, content: dict[str, Any], words: str, tmp_path: Path) -> None:
+    slave = open_slave("a", str(clock_fmus.clocks(tmp_path, "tunable")))
+    slave.initialize({"kind": float(clock_fmus.KINDS.index("tunable"))}, 0.0, 1.0)
+    with pytest.raises(ValueError, match=re.escape(words)):
+        answered(slave, kind, json.dumps(content).encode())
+    slave.close()

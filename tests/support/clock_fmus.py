@@ -6,7 +6,8 @@ import small_fmus
 
 from gyro_cosim.fmus.compiler import host
 
-KINDS = ("constant", "fixed", "tunable", "changing", "countdown", "from parameters")  # the last: fixed, no interval is stated
+FROM_PARAMETERS = "from parameters"  # fixed, and no interval is stated
+KINDS = ("constant", "fixed", "tunable", "changing", "countdown", FROM_PARAMETERS)
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="clocks" instantiationToken="clocks">
@@ -57,8 +58,10 @@ def clocks(
     ways = [f"<ModelExchange {can}/>"] * (exchange or events_only) + [f"<CoSimulation {can} {able}/>"] * (not exchange)
     stated = {"constant": 'intervalDecimal="0.1"', "tunable": 'intervalDecimal="0.1"'}
     interval = {**stated, "fixed": 'intervalDecimal="0.1" shiftDecimal="0.05"'}.get(kind, "")
-    text = DESCRIPTION.replace("@WAYS@", "".join(ways)).replace("@KIND@", "fixed" if kind == "from parameters" else kind).replace("@INTERVAL@", interval)
-    file = folder / f"clocks_{kind.replace(' ', '_')}{'_exchange' if exchange else ''}{'' if variable else '_even'}{'_events' * events_only}.fmu"
+    text = DESCRIPTION.replace("@WAYS@", "".join(ways)).replace("@INTERVAL@", interval)
+    text = text.replace("@KIND@", "fixed" if kind == FROM_PARAMETERS else kind)
+    of = f"{kind.replace(' ', '_')}{'_exchange' if exchange else ''}{'' if variable else '_even'}{'_events' * events_only}"
+    file = folder / f"clocks_{of}.fmu"
     place = f"binaries/{host().name}/clocks{host().suffix}"
     library = small_fmus.library("clocks3.c", "-DEVENTS_ONLY" if events_only else "", more="rest3.c")
     return small_fmus.written(file, text, place, library)

@@ -11,12 +11,12 @@ import numpy as np
 from ...errors import EndRequest, OutputError, SlaveError
 from ..fmi.log import shown
 from ..opening import open_fmu
-from ..tick import carried_tick, read_tick
 from ..usage import Usage, promise
 from . import child
+from .messages import MESSAGES, answered
 from .protocol import Kind, Link, array, document, numbers
 from .sandbox import confine
-from .telling import carried_values, introduction, number, read_values
+from .telling import introduction, number, read_values
 
 MOST_LINES = 200  # of the log with one answer; what is beyond is counted only
 
@@ -84,6 +84,8 @@ class Program:
             return json.dumps(introduction(self._slave)).encode()
         slave = self._slave
         n_u = len(slave.inputs)
+        if kind in MESSAGES:
+            return answered(slave, kind, payload)
         if kind == Kind.PROMISE:
             given = document(payload)
             notes = promise(
@@ -101,20 +103,6 @@ class Program:
         elif kind == Kind.STEP:
             whole = array(payload, 2 + 3 * n_u)
             slave.step(whole[2:].reshape(3, -1), float(whole[0]), float(whole[1]))
-        elif kind == Kind.TUNE:
-            given = document(payload)
-            slave.tune(read_values(given["values"]), number(given, "t"))
-        elif kind == Kind.TEXTS:
-            names = (signal.name for signal in slave.description.text_outputs)
-            texts = slave.texts(number(document(payload), "t"))
-            return json.dumps(carried_values(dict(zip(names, texts, strict=True)))).encode()
-        elif kind == Kind.GIVE_TEXTS:
-            given = document(payload)
-            return numbers(slave.give_texts(read_values(given["values"]), number(given, "t")))
-        elif kind == Kind.EXPECT:
-            slave.expect([read_tick(one) for one in document(payload)["ticks"]])
-        elif kind == Kind.TAKE_TICKS:
-            return json.dumps({"ticks": [carried_tick(tick) for tick in slave.take_ticks()]}).encode()
         elif kind == Kind.SAVE:
             self._count += 1
             self._snapshots[self._count] = slave.save()

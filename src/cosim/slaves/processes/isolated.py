@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from types import MappingProxyType
 from typing import Any
@@ -23,22 +23,22 @@ from typing import Any
 import numpy as np
 
 from ...errors import EndRequest, OutputError, SlaveError
-from ..base import Clocked, Counting, Counts, Linearisable, Promised, Serializable, StateSpace, Texting, Tunable
+from ..base import Counting, Counts, Linearisable, Promised, Serializable, StateSpace
 from ..fmi.log import Log
 from ..scratch import ScratchFolder
-from ..signal import Given, Text, Value
-from ..tick import Tick, carried_tick, read_tick
+from ..signal import Given, Value
 from ..usage import Usage
 from . import child
+from .messages import Messaging
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
-from .telling import carried_values, described, number, read_values, told_notes
+from .telling import carried_values, described, number, told_notes
 
 PROGRAM = "gyro_cosim.slaves.processes.fmu_process"
 PATIENCE = 60.0  # s that one call may take
 LARGEST = 1 << 28  # bytes of a saved state
 
 
-class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Promised, Clocked):
+class IsolatedSlave(Messaging, Serializable, Linearisable, Counting, Promised):
     """Passes every call on to the FMU at `location` in a child process; `patience` (s) bounds each call.
 
     implementation : see open_slave(). sizes : values of structural parameters. note : what is to be told of its being here.
@@ -166,34 +166,6 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Prom
     def step(self, U: np.ndarray, t: float, h: float) -> None:
         self._ask(Kind.STEP, numbers(t, h, U), t, h)
 
-    def tune(self, values: Mapping[str, Value], t: float) -> None:
-        self._ask(Kind.TUNE, json.dumps({"values": carried_values(values), "t": t}).encode(), t)
-
-    def texts(self, t: float) -> tuple[Text, ...]:
-        told = self._texts(self._ask(Kind.TEXTS, json.dumps({"t": t}).encode(), t), t)
-        names = [s.name for s in self.description.text_outputs]
-        if list(told) != names:
-            raise self._malformed("texts", f"{', '.join(told) or 'nothing'} is not {', '.join(names)}", t)
-        return tuple(told.values())
-
-    def give_texts(self, texts: Mapping[str, Text], t: float) -> bool:
-        given = json.dumps({"values": carried_values(texts), "t": t}).encode()
-        return bool(self._numbers(Kind.GIVE_TEXTS, self._ask(Kind.GIVE_TEXTS, given, t), 1, t)[0])
-
-    def expect(self, ticks: Sequence[Tick]) -> None:
-        self._ask(Kind.EXPECT, json.dumps({"ticks": [carried_tick(tick) for tick in ticks]}).encode())
-
-    def take_ticks(self) -> Sequence[Tick]:
-        content = self._ask(Kind.TAKE_TICKS)
-        try:
-            ticks = [read_tick(one) for one in document(content)["ticks"]]
-        except (ValueError, KeyError, TypeError) as error:
-            raise self._malformed("take_ticks", str(error)) from None
-        texts = {s.name for s in self.description.text_outputs}
-        if any(len(tick.y) != len(self.outputs) or set(tick.texts) != texts for tick in ticks):
-            raise self._malformed("take_ticks", f"a tick must have {len(self.outputs)} outputs and {len(texts)} texts")
-        return ticks
-
     def save(self) -> Any:
         return self._snapshot(self._ask(Kind.SAVE))
 
@@ -226,12 +198,6 @@ class IsolatedSlave(Serializable, Linearisable, Counting, Texting, Tunable, Prom
             raise self._malformed("linearise", f"{whole.size} numbers are no A, B, C, D")
         parts = zip(sizes[:-1], sizes[1:], shapes, strict=True)
         return StateSpace(*(whole[first:end].reshape(shape) for first, end, shape in parts))
-
-    def _texts(self, content: bytes, t: float) -> dict[str, Text]:
-        try:
-            return {name: text for name, text in read_values(document(content)).items() if isinstance(text, str | bytes)}
-        except ProtocolError as error:
-            raise self._malformed("texts", str(error), t) from None
 
     def _snapshot(self, content: bytes) -> int:
         if len(content) != 8:

@@ -6,9 +6,11 @@ import socket
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from ..base import Slave
+from ..signal import Value
 from .admission import Admission
 from .protocol import Kind, Link, ProtocolError
 from .serving import Limits, serve
@@ -22,9 +24,12 @@ NEVER_MIND = 0.2  # s between two looks for whoever else would like to be served
 
 def listen(
     slave: Slave, address: tuple[str, int], *, once: bool = False, ready: Callable[[int], None] | None = None,
-    limits: Limits | None = None, admission: Admission | None = None,
+    limits: Limits | None = None, admission: Admission | None = None, values: Mapping[str, Value] = MappingProxyType({}),
 ) -> None:  # fmt: skip
-    """Offer the slave at (host, port) to one master after another; `ready` is called with the port that was taken."""
+    """Offer the slave at (host, port) to one master after another; `ready` is called with the port that was taken.
+
+    values : that it starts with where a master gives none.
+    """
     rules = limits or Limits()
     came: deque[float] = deque(maxlen=rules.rate)
     with socket.create_server(address) as server:
@@ -42,7 +47,7 @@ def listen(
                 except (OSError, EOFError, ProtocolError):
                     continue
                 with contextlib.closing(link):
-                    serve(slave, link, rules)
+                    serve(slave, link, rules, values)
             if once:
                 return
 

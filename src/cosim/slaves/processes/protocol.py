@@ -15,7 +15,17 @@
 | RESTORE, DISCARD | u64 number | - |
 | BYE | - | no answer; the unit closes |
 
-An FMU in a process of its own (isolated.py) knows more, and tells what it logs before the answer:
+A unit that says `messages` true in HELLO can be asked and told more, between BEGIN and the end (messages.py):
+
+| kind | request payload | answer payload |
+|---|---|---|
+| TUNE | JSON: values, t | - |
+| TEXTS | JSON: t | JSON: strings and binaries by name |
+| GIVE_TEXTS | JSON: values, t | 1 where one is another than before, else 0 |
+| EXPECT | JSON: ticks (lists of t, clocks, y, u, texts) | - |
+| TAKE_TICKS | - | JSON: ticks |
+
+An FMU in a process of its own (isolated.py) knows all this and more, and tells what it logs before the answer:
 
 | kind | request payload | answer payload |
 |---|---|---|
@@ -24,10 +34,6 @@ An FMU in a process of its own (isolated.py) knows more, and tells what it logs 
 | SERIALIZE | - | the state |
 | DESERIALIZE | the state | - |
 | LINEARISE | - | n_x, n_u, n_y, then A, B, C, D row by row; nothing where there is none |
-| TEXTS | JSON: t | JSON: strings and binaries by name |
-| GIVE_TEXTS | JSON: values, t | 1 where one is another than before, else 0 |
-| EXPECT | JSON: ticks (lists of t, clocks, y, u, texts) | - |
-| TAKE_TICKS | - | JSON: ticks |
 | LOG | - | comes by itself: JSON: lines (lists of status, category, text), dropped (their number) |
 
 START makes a unit ready for steps. A unit that has an initialization mode says so in HELLO with `initialization` true, and with

@@ -34,9 +34,11 @@ from gyro_cosim.component.units import quantity
 
 from ...errors import EndRequest, SlaveError, unknown
 from ..base import Restorable
+from ..description import SlaveDescription
 from ..signal import Value
 from . import child
 from .admission import WANTED, Admission, read_secret
+from .messages import Messaging
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 from .telling import carried_values, described, truth
 
@@ -80,7 +82,7 @@ def parse(source: str) -> tuple[str, ResponseTerms]:
     return place, terms
 
 
-class RemoteSlave(Restorable):
+class RemoteSlave(Messaging, Restorable):
     """See the module's docstring. late : how many answers came too late or never, in this run."""
 
     def __init__(self, name: str, source: str) -> None:
@@ -131,11 +133,12 @@ class RemoteSlave(Restorable):
         except ProtocolError as error:
             raise ProtocolError(f"it does not introduce itself: {error}") from None
         # a repeated step must find every answer
-        can_restore = told_of.can_restore and self._terms.late == "stop"
-        texts = {s.name: s.type.capitalize() for s in (*told_of.text_inputs, *told_of.text_outputs)}  # no frame carries them
-        self.description = replace(
-            told_of, can_restore=can_restore, text_inputs=(), text_outputs=(), excluded={**told_of.excluded, **texts}
-        )
+        strict = self._terms.late == "stop"
+        self.description = replace(told_of, can_restore=told_of.can_restore and strict)
+        if not truth(told, "messages", False):
+            self.description = replace(self.description, tunable=frozenset())
+        if not (strict and truth(told, "messages", False)):  # no frame carries them, or one may be missing
+            self.description = _without_messages(self.description)
         self._initializes = truth(told, "initialization", False)
 
     def begin(self, values: Mapping[str, Value], t: float, stop: float) -> None:
@@ -196,7 +199,7 @@ class RemoteSlave(Restorable):
     def discard(self, snapshot: Any) -> None:
         self._ask(Kind.DISCARD, struct.pack("<Q", snapshot[0]), 0.0)
 
-    def _ask(self, kind: Kind, payload: bytes, t: float, timeout: float | None = None) -> bytes:
+    def _ask(self, kind: Kind, payload: bytes = b"", t: float = 0.0, timeout: float | None = None) -> bytes:
         """The answer to a request. TimeoutError only with a `timeout` (s); whatever else goes wrong is a SlaveError."""
         self._sequence += 1
         try:
@@ -224,6 +227,9 @@ class RemoteSlave(Restorable):
             raise EndRequest(self.name, ended)
         return content
 
+    def _malformed(self, what: str, how: str, t: float = 0.0) -> SlaveError:
+        return self._failed(t, f"sent a malformed answer to {what}: {how}")
+
     def _gone(self, error: Exception) -> str:
         if self._child is None:
             return f"is gone: {getattr(error, 'strerror', None) or 'the connection was closed'}"
@@ -244,3 +250,13 @@ class RemoteSlave(Restorable):
             self._link.close()
         if self._child is not None:
             child.end(self._child)
+
+
+def _without_messages(d: SlaveDescription) -> SlaveDescription:
+    """Without texts and clocks, which cannot be connected then."""
+    texts = {s.name: s.type.capitalize() for s in (*d.text_inputs, *d.text_outputs)}
+    clocks = dict.fromkeys((*d.clock_inputs, *d.clock_outputs), "Clock of a unit that tells of none in time")
+    return replace(
+        d, text_inputs=(), text_outputs=(), clock_inputs=(), clock_outputs=(), clocked={},
+        excluded={**clocks, **d.excluded, **texts},
+    )  # fmt: skip

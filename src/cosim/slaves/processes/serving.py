@@ -8,8 +8,10 @@ import math
 import socket
 import struct
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,9 @@ import numpy as np
 from ...errors import EndRequest
 from ..base import Slave, restorable
 from ..opening import open_slave
+from ..signal import Value
 from . import child
+from .messages import MESSAGES, answered
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 from .telling import introduction, number, read_values
 
@@ -57,8 +61,8 @@ class Limits:
 class _Session:
     """What a master has come to with a slave."""
 
-    def __init__(self, slave: Slave, limits: Limits) -> None:
-        self._slave, self._limits = slave, limits
+    def __init__(self, slave: Slave, limits: Limits, values: Mapping[str, Value]) -> None:
+        self._slave, self._limits, self._values = slave, limits, values
         self._states = restorable(slave)
         self._snapshots: dict[int, Any] = {}
         self._count = 0
@@ -70,7 +74,7 @@ class _Session:
         slave = self._slave
         n_u = len(slave.inputs)
         if kind == Kind.HELLO:
-            return json.dumps(introduction(slave)).encode()
+            return json.dumps(introduction(slave, self._values) | {"messages": True}).encode()
         if kind in (Kind.START, Kind.BEGIN):
             self._begin(kind, document(payload))
         elif self.failed or self.ended:
@@ -95,12 +99,15 @@ class _Session:
         elif kind in (Kind.SAVE, Kind.RESTORE, Kind.DISCARD):
             self._must("begun ready", kind)
             return self._state(kind, payload)
+        elif kind in MESSAGES:
+            self._must("begun ready", kind)
+            return answered(slave, kind, payload)
         else:
             raise ValueError(f"{kind.name} is no request to this unit")
         return b""
 
     def _begin(self, kind: Kind, given: dict[str, Any]) -> None:
-        t, stop, values = number(given, "t"), number(given, "stop"), read_values(given.get("values"))
+        t, stop, values = number(given, "t"), number(given, "stop"), {**self._values, **read_values(given.get("values"))}
         if not stop > t:
             raise ValueError(f"stop must be behind t, got t = {t:g} s and stop = {stop:g} s")
         self._slave.description.start_values(self._slave.name, values)  # names and bounds
@@ -136,13 +143,14 @@ class _Session:
             self._states.discard(self._snapshots.popitem()[1])
 
 
-def serve(slave: Slave, link: Link, limits: Limits | None = None) -> None:
+def serve(slave: Slave, link: Link, limits: Limits | None = None, values: Mapping[str, Value] = MappingProxyType({})) -> None:
     """Answer a master until it says BYE, is gone, or sends what is no frame. The slave stays open.
 
     limits : where a stranger may be the master, who is then dropped where he is silent for too long.
+    values : that it starts with where the master gives none.
     """
     rules = limits or Limits(longest=sys.float_info.max)
-    session = _Session(slave, rules)
+    session = _Session(slave, rules, values)
     while True:
         try:
             kind, sequence, payload = link.receive(None if limits is None else rules.idle)

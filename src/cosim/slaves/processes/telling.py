@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, get_args
 
 import numpy as np
@@ -22,12 +24,14 @@ MOST_NOTES, LONGEST_NOTE = 20, 2000
 _MISSING = object()
 
 
-def introduction(slave: Slave) -> dict[str, Any]:
-    """What HELLO is answered with, of a slave that has an initialization mode."""
+def introduction(slave: Slave, values: Mapping[str, Value] = MappingProxyType({})) -> dict[str, Any]:
+    """What HELLO is answered with, of a slave that has an initialization mode. values : in the place of its start values."""
     d = slave.description
+    starts = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
+    settable = [replace(s, start=starts.get(s.name, s.start)) for s in d.settable.values()]
     return {
         "inputs": [_carried(s) for s in d.inputs], "outputs": [_carried(s) for s in d.outputs],
-        "settable": [_carried(s) for s in d.settable.values()], "feedthrough": d.feedthrough.astype(int).tolist(),
+        "settable": [_carried(s) for s in settable], "feedthrough": d.feedthrough.astype(int).tolist(),
         "initial_feedthrough": d.initial_feedthrough.astype(int).tolist(), "excluded": dict(d.excluded),
         "input_degree": d.input_degree, "can_restore": restorable(slave) is not None, "can_serialize": d.can_serialize,
         "counts_events": d.counts_events, "initialization": True, "tunable": sorted(d.tunable),
