@@ -9,7 +9,7 @@ state and output at once: its output is the state itself. All numbers are SI.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -193,6 +193,32 @@ class Component:
     def output_states(self) -> dict[str, int]:
         """Name of each row that is output and state -> its place in x."""
         return {v.name: i for i, v in enumerate(self.states) if v.causality == "output"}
+
+    def with_starts(self, values: Mapping[str, float]) -> "Component":
+        """The same component, starting with other values.
+
+        Parameters
+        ----------
+        values : mapping
+            Start values by name, in the units of the table; `internal_step` (s) as well.
+
+        Returns
+        -------
+        Component
+            A new one. The source of a parameter that is given says so, and its assumed range is gone.
+
+        Raises
+        ------
+        ValueError
+            For a name that the table does not have, or a value that a row or the component must not have.
+        """
+        for name in values.keys() - {"internal_step", *(v.name for v in self.variables)}:
+            raise ValueError(f"component {self.spec!r} has no variable {name!r} that could start with {values[name]:g}")
+        rows = tuple(
+            replace(v, start=v.check(values[v.name]), assumed=None, source="given" if v.source else "") if v.name in values else v
+            for v in self.variables
+        )
+        return replace(self, variables=rows, internal_step=values.get("internal_step", self.internal_step))
 
     @property
     def start_state(self) -> np.ndarray:

@@ -285,6 +285,19 @@ def test_clocks_are_ticked_when_they_are_due(exchange: bool, tmp_path: Path) -> 
     ]
 
 
+@pytest.mark.parametrize("kind", ["changing", clock_fmus.FROM_PARAMETERS])
+def test_values_that_an_fmu_needs_can_be_given_to_its_check(kind: str, tmp_path: Path) -> None:
+    """This one has clocks of its kind where a parameter says so; intervals that follow from parameters are asked for."""
+    file = clock_fmus.clocks(tmp_path, kind)
+    assert worse_than_notes(check_fmu(file, values={"kind": float(clock_fmus.KINDS.index(kind))})) == []
+    assert rules(check_fmu(file)) == {"clocks"}
+
+
+def test_values_that_a_check_cannot_give_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="must be given start values, 'every' is the interval of a clock"):
+        check_fmu(clock_fmus.clocks(tmp_path, "tunable"), values={"every": 0.2})
+
+
 def test_an_fmu_that_wants_event_mode_is_tried_by_its_other_interface(tmp_path: Path) -> None:
     """FMUs with clocks of one exporter can be instantiated with event mode only."""
     assert [(f.rule, f.severity) for f in check_fmu(clock_fmus.clocks(tmp_path, events_only=True))] == [("instance", "note")]

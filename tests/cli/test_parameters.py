@@ -1,15 +1,21 @@
 """cosim params: every parameter as a table and as a file that the other commands read; numbers in the wrong unit are told."""
 
+import threading
+import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import small_fmus
 
 from gyro_cosim import System, SystemComponent, simulate, system
-from gyro_cosim.cli.parameters import rows, single, toml_text
+from gyro_cosim.cli.alone import given_alone, single
+from gyro_cosim.cli.parameters import rows, toml_text
+from gyro_cosim.slaves import open_slave
+from gyro_cosim.slaves.processes.listening import listen
 from gyro_cosim.slaves.signal import Signal, told_unit
 from gyro_cosim.ssp.parameter_files import read_parameters
 
@@ -163,3 +169,56 @@ def test_info_describes_a_component(cosim_json: Callable[..., Any], cosim: Calla
     assert out.startswith("vehicle:wheel_pair (cosim params vehicle:wheel_pair says where its values come from)")
     code, _, err = cosim("info", "vehicle:lrtt")
     assert (code, err) == (2, "cosim: unknown variant of vehicle 'lrtt'; did you mean 'lrt'?\n")
+
+
+def test_a_component_is_exported_with_values_of_the_users_own(cosim: Callable[..., Any], cosim_json: Callable[..., Any],
+                                                              tmp_path: Path) -> None:  # fmt: skip
+    """The FMU starts with them: a run of it gives the bits of one that is given the values."""
+    (tmp_path / "own.toml").write_text("[gyro_unit]\ngimbal_damping = '2e-3 N.m.s/rad'\n")
+    options = ("--params", str(tmp_path / "own.toml"), "--set", "rotor_speed=200rpm")
+    made = cosim_json("export", "gyro_unit:linear", *options, "-o", str(tmp_path))
+    (file,) = made["files"]
+    found = {row["name"]: row["value"] for row in cosim_json("params", file)["parameters"]}
+    assert (found["gimbal_damping"], found["rotor_speed"]) == (2e-3, pytest.approx(20.943951))
+    plan = system("wheel-pair").with_value("gyro.rotor_speed", found["rotor_speed"]).with_value("gyro.gimbal_damping", 2e-3)
+    of = [simulate(one, stop=0.2).trajectory for one in (plan, system("wheel-pair").with_source("gyro", file))]
+    given = set(plan.components[1].values) | set(plan.components[0].values)
+    assert {"rotor_speed", "gimbal_damping"} <= given
+    np.testing.assert_array_equal(of[1].values, of[0].values)
+
+
+def test_values_that_a_component_cannot_start_with_are_refused(cosim: Callable[..., Any], tmp_path: Path) -> None:
+    for value, words in (
+        ("rotor_sped=3", "did you mean 'rotor_speed'"),
+        ("rotor_speed=3m", "unit 'm' cannot be expressed in 'rad/s'"),
+        ("rotor_inertia=-1", "rotor_inertia: must be at least 0 kg.m2, got -1"),
+        ("tolerance=0.1", "an FMU starts with equal internal steps"),
+        ("gyro_unit=nonlinear", "not exchange it for gyro_unit:nonlinear"),
+    ):
+        code, _, err = cosim("export", "gyro_unit:linear", "--set", value, "-o", str(tmp_path / "none"))
+        assert (code, words in err) == (2, True), err
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_unit_is_served_with_values_that_count_where_a_master_gives_none() -> None:
+    values = given_alone("gyro_unit:linear", ["rotor_speed=200rpm", "gimbal_damping=2e-3"], None)
+    slave, ports = open_slave("unit", "gyro_unit:linear", in_process=True), []
+    thread = threading.Thread(
+        target=listen, args=(slave, ("127.0.0.1", 0)), kwargs={"once": True, "ready": ports.append, "values": values}
+    )
+    thread.start()
+    while not ports:
+        time.sleep(1e-3)
+    there = system("wheel-pair").with_source("gyro", f"tcp://127.0.0.1:{ports[0]}").with_value("gyro.rotor_speed", 5.0)
+    done = simulate(there, stop=0.1, in_process=True).trajectory
+    thread.join(10.0)
+    slave.close()
+    here = system("wheel-pair").with_value("gyro.rotor_speed", 5.0).with_value("gyro.gimbal_damping", 2e-3)
+    np.testing.assert_array_equal(done.values, simulate(here, stop=0.1, in_process=True).trajectory.values)
+
+
+def test_info_shows_a_system_with_what_the_command_makes_of_it(cosim_json: Callable[..., Any], cosim: Callable[..., Any]) -> None:
+    plain, changed = (cosim_json("info", "wheel-pair", *more) for more in ((), ("--gyro", "multibody")))
+    assert plain != changed
+    code, _, err = cosim("info", "gyro_unit:linear", "--set", "rotor_speed=3")
+    assert (code, "--set must be given with a system, 'gyro_unit:linear' is none" in err) == (2, True)

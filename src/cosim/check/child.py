@@ -4,13 +4,17 @@ import json
 import signal
 import subprocess
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..slaves.processes import child
+from ..slaves.processes.telling import carried_values
 from ..slaves.scratch import ScratchFolder
+from ..slaves.signal import Value
 from ..systems import archive as door
 from .archive import INTERFACES
+from .examined import GIVEN
 from .findings import SEVERITIES, Finding, Findings
 
 FIRST = "instance"  # the probe without which no other makes sense
@@ -21,8 +25,11 @@ PROBES = (
 WRONG_USE = "misuse"  # what an FMU does there is no fault: the standard forbids the calls, not the answers
 
 
-def examined(path: Path, model: Any, timeout: float) -> Findings:
-    """What the probes find; a probe in which the child dies or hangs is told, and the others still run."""
+def examined(path: Path, model: Any, timeout: float, values: Mapping[str, Value]) -> Findings:
+    """What the probes find; a probe in which the child dies or hangs is told, and the others still run.
+
+    values : start values in the place of the FMU's own.
+    """
     import fmpy
 
     if model.fmiVersion.startswith("1"):
@@ -37,6 +44,7 @@ def examined(path: Path, model: Any, timeout: float) -> Findings:
         with ScratchFolder() as scratch:
             unpacked = scratch / "fmu"
             door.unpack(archive, unpacked, [""])
+            (scratch / GIVEN).write_text(json.dumps(carried_values(values)), encoding="utf-8")
             found: Findings = []
             waiting = list(PROBES)
             while waiting:

@@ -152,7 +152,7 @@ def _clocks(root: Any) -> Findings:
         if v.tag != "Clock":
             continue
         where, kind, interval = f"clock {v.get('name')!r}", v.get("intervalVariability"), number(v.get("intervalDecimal"))
-        if kind in ("constant", "fixed") and interval is None and v.get("intervalCounter") is None:
+        if kind == "constant" and interval is None and v.get("intervalCounter") is None:
             found.append(Finding("clocks", f"{where} must have an interval, as intervalVariability {kind!r} says"))
         if interval is not None and not interval > 0.0:
             found.append(Finding("clocks", f"{where} must have a positive interval, got {interval:g} s"))

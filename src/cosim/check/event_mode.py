@@ -100,8 +100,9 @@ def _clocks(fmu: Examined, kind: str, found: Sequence[Any], say: Say) -> None:
     outputs = [v for v in found if v.causality == "output"]
     with fmu.instance(kind, events=kind == "cs") as it:
         it.initialize(stay=True)
+        said = {v.name: _said(it, v, say) for v in inputs if v.name in fmu.unstated}
         it.call("fmi3ExitInitializationMode", it.fmu.exitInitializationMode)  # into event mode
-        due = {v.name: _first(it, v, fmu.shifts[v.name], say) for v in inputs}
+        due = {v.name: it.start + said[v.name] if v.name in said else _first(it, v, fmu.shifts[v.name], say) for v in inputs}
         _tick(it, inputs, due, outputs, it.start, say)
         leave = it.fmu.enterStepMode if kind == "cs" else it.fmu.enterContinuousTimeMode
         it.call("leave event mode", leave)
@@ -133,6 +134,17 @@ def _first(it: Instance, clock: Any, shift: float, say: Say) -> float:
     if kind == "countdown":
         return it.start + interval if known == CHANGED else float("inf")
     return it.start + shift
+
+
+def _said(it: Instance, clock: Any, say: Say) -> float:
+    """In initialization mode: the shift (s) of a clock whose interval and shift follow from parameters."""
+    _, interval = _interval(it, clock, say)
+    if not interval > 0.0:
+        say(f"clock {clock.name!r}: its interval must be positive, got {interval} s")
+    shift = (ctypes.c_double * 1)()
+    references = (ctypes.c_uint * 1)(clock.valueReference)
+    it.call(f"get shift of {clock.name}", lambda: it.fmu.getShiftDecimal(references, shift))
+    return float(shift[0])
 
 
 def _interval(it: Instance, clock: Any, say: Say) -> tuple[int, float]:

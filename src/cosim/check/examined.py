@@ -1,5 +1,6 @@
 """The FMU under check as probes need it: its description, its capabilities, and fresh instances."""
 
+import json
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -8,11 +9,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ..slaves.fmi.rows import REAL
+from ..slaves.processes.telling import read_values
 from .description import attribute, number
 from .instance import Instance, Refused, Unloadable, real_scalars
 
 STEPS = 10
 TAG = {"cs": "CoSimulation", "me": "ModelExchange", "se": "ScheduledExecution"}
+GIVEN = "given.json"  # beside the folder of the FMU: start values in the place of its own
 LONG = 10  # fixed internal steps in a macro step, where the default experiment says no step
 
 
@@ -23,6 +27,7 @@ class Examined:
         import fmpy
 
         self.model, self.folder = fmpy.read_model_description(str(folder), validate=False), folder
+        self.given = _given(folder.parent / GIVEN, self.model)
         self.kind = "cs" if self.model.coSimulation is not None else "me" if self.model.modelExchange is not None else "se"
         root = ElementTree.parse(folder / "modelDescription.xml").getroot()
         self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
@@ -31,6 +36,12 @@ class Examined:
             self.kind = "me"
             self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
         self.shifts = {v.get("name"): number(v.get("shiftDecimal")) or 0.0 for v in root.iter("Clock")}  # not all that FMPy reads
+        self.unstated = {
+            v.get("name")
+            for v in root.iter("Clock")
+            if v.get("intervalVariability") in ("fixed", "tunable")
+            and {"intervalDecimal", "intervalCounter"}.isdisjoint(v.attrib)
+        }
         real = real_scalars(self.model)
         self.inputs = [v.name for v in real if v.causality == "input" and v.variability == "continuous"]
         self.outputs = [v.name for v in real if v.causality == "output"]
@@ -69,7 +80,7 @@ class Examined:
 
     def instance(self, kind: str | None = None, name: str = "instance", *, events: bool = False) -> Any:
         """A context that frees the instance."""
-        return closing(Instance(self.model, self.folder, kind or self.kind, name, events=events))
+        return closing(Instance(self.model, self.folder, kind or self.kind, name, events=events, given=self.given))
 
     def run(self, it: Instance, seed: int, first: int = 0, steps: int = STEPS) -> Iterator[np.ndarray]:
         """Macro steps with random held inputs; yields the outputs after each."""
@@ -78,3 +89,18 @@ class Examined:
             it.set({n: self.start[n] + 0.01 * self.nominal[n] * rng.standard_normal() for n in self.inputs})
             it.step(it.start + i * self.h, self.h)
             yield it.get(self.outputs)
+
+
+def _given(file: Path, model: Any) -> list[tuple[Any, list[Any]]]:
+    """Variables of the model with the elements that they are given, which from now on stand as start values in the model."""
+    values = read_values(json.loads(file.read_text(encoding="utf-8"))) if file.exists() else {}
+    found = []
+    for variable in model.modelVariables:
+        if variable.name in values:
+            value = values[variable.name]
+            own = {"Boolean": bool, "String": str, "Binary": bytes, **dict.fromkeys(REAL, float)}.get(variable.type, int)
+            elements = [own(one) for one in (value if isinstance(value, tuple) else (value,))]
+            texts = [one.hex() if isinstance(one, bytes) else str(one).lower() if own is bool else str(one) for one in elements]
+            variable.start = texts if variable.type in ("String", "Binary") and variable.dimensions else " ".join(texts)
+            found.append((variable, elements))
+    return found

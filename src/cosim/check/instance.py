@@ -23,13 +23,20 @@ class Unloadable(Exception):
 
 
 class Instance:
-    """A fresh instance. `kind` is "cs", "me" or "se"; `events`: event mode is used (FMI 3.0)."""
+    """A fresh instance. `kind` is "cs", "me" or "se"; `events`: event mode is used (FMI 3.0).
 
-    def __init__(self, model: Any, folder: Path, kind: str, name: str = "instance", *, events: bool = False) -> None:
+    given : variables and their elements that it starts with.
+    """
+
+    def __init__(
+        self, model: Any, folder: Path, kind: str, name: str = "instance", *, events: bool = False,
+        given: Sequence[tuple[Any, Sequence[Any]]] = (),
+    ) -> None:  # fmt: skip
         from fmpy.fmi2 import FMU2Model, FMU2Slave
         from fmpy.fmi3 import FMU3Model, FMU3ScheduledExecution, FMU3Slave
 
         self.goes_back = False  # whether a saved state may be restored, which every step then says
+        self._given = given
         self.model, self.kind, self.version = model, kind, model.fmiVersion[0]
         self.interface = {"cs": model.coSimulation, "me": model.modelExchange, "se": model.scheduledExecution}[kind]
         classes = {
@@ -67,6 +74,8 @@ class Instance:
 
     def initialize(self, values: Mapping[str, float] | None = None, *, stay: bool = False) -> "Instance":
         """Start values, then initialization mode, and beyond it unless `stay`."""
+        for variable, elements_ in self._given:
+            self.put(variable, elements_)
         self.set(values or {})
         experiment = self.model.defaultExperiment
         self.start = (number(experiment.startTime) if experiment is not None else None) or 0.0
@@ -105,13 +114,21 @@ class Instance:
 
     def values(self, variable: Any, given: Sequence[Any] | None = None) -> list[Any]:
         """The elements of a variable of any type, which are set first where they are given."""
-        kind = variable.type
-        suffix = FMI3_TYPES.get(kind, kind) if self.version == "3" else {"Enumeration": "Integer"}.get(kind, kind)
-        references, size = [variable.valueReference], elements(variable)
         if given is not None:
-            self.call(f"set {variable.name}", lambda: getattr(self.fmu, f"set{suffix}")(references, list(given)))
-        more = (size,) if self.version == "3" and kind != "Clock" else ()
-        return list(self.call(f"get {variable.name}", lambda: getattr(self.fmu, f"get{suffix}")(references, *more)))
+            self.put(variable, given)
+        more = (elements(variable),) if self.version == "3" and variable.type != "Clock" else ()
+        get = getattr(self.fmu, f"get{self._suffix(variable)}")
+        return list(self.call(f"get {variable.name}", lambda: get([variable.valueReference], *more)))
+
+    def put(self, variable: Any, given: Sequence[Any]) -> None:
+        """Set all elements of a variable of any type."""
+        put = getattr(self.fmu, f"set{self._suffix(variable)}")
+        self.call(f"set {variable.name}", lambda: put([variable.valueReference], list(given)))
+
+    def _suffix(self, variable: Any) -> str:
+        """As the functions for its type are called."""
+        kind = str(variable.type)
+        return FMI3_TYPES.get(kind, kind) if self.version == "3" else {"Enumeration": "Integer"}.get(kind, kind)
 
     def step(self, t: float, h: float) -> None:
         result = self.call("doStep", lambda: self.fmu.doStep(t, h, not self.goes_back))

@@ -15,10 +15,9 @@ from ..slaves.described import described_slave
 from ..slaves.fmi.description import Description, load
 from ..slaves.fmi.rows import Row
 from ..slaves.fmi.signals import described
-from ..ssp import system as named_system
 from ..systems import archive, catalogue
 from ..systems.riding import Riding, inertia_on_carriers
-from .common import AsJson, is_system, say
+from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, say, tell
 
 CAPABILITIES = (
     "canHandleVariableCommunicationStepSize", "canInterpolateInputs", "maxOutputDerivativeOrder", "canGetAndSetFMUstate",
@@ -31,12 +30,23 @@ CAPABILITIES = (
 
 def command(
     name: Annotated[str, typer.Argument(metavar="FILE|SYSTEM", help="an .fmu, .ssp or .ssd file, a system, or a component")],
+    vehicle: Vehicle = None,
+    gyro: Gyro = None,
+    swap: Swaps = None,
+    set_: Values = None,
+    params: Parameters = None,
     as_json: AsJson = False,
 ) -> int:
     """Print what an FMU or a component holds, or a system: its graph, algebraic loops and power bonds.
 
-    No binary of an FMU is loaded. A component is made, which runs its Python file.
+    No binary of an FMU is loaded. A component is made, which runs its Python file. A system is shown with what --vehicle, --gyro,
+    --swap, --set and --params make of it.
     """
+    if not is_system(name):
+        given = {"--vehicle": vehicle, "--gyro": gyro, "--swap": swap, "--set": set_, "--params": params}
+        for option, value in given.items():
+            if value:
+                raise ValueError(f"{option} must be given with a system, {name!r} is none: cosim params shows its values")
     if name.endswith(".fmu"):
         description = load(name)
         found = fmu_document(name, description)
@@ -45,7 +55,8 @@ def command(
         found = component_document(name)
         say(as_json, lambda: found, *_component_words(found))
     else:
-        plan = named_system(name)
+        plan = chosen_system(name, gyro, set_, vehicle=vehicle, swaps=swap, params=params)
+        tell(plan.notes)
         carried = inertia_on_carriers(plan)
         with Network(plan, [described_slave(c.name, c.source, c.implementation, c.given) for c in plan.components]) as network:
             found = {**system_document(network), "riding": [{**asdict(one), "right": one.right} for one in carried]}

@@ -15,8 +15,8 @@ from ..stability.at_rest import AtRest
 from ..stability.modes import Mode, crossings, modes_at
 from ..systems import System, catalogue
 from . import drawing
+from .alone import single
 from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, needs, say
-from .parameters import single
 
 RATES = ("_rate", "_velocity", "speed_deviation", "spin_deviation")
 

@@ -12,7 +12,8 @@ from rich.table import Table
 
 from ..slaves import Signal
 from ..slaves.described import described_slave
-from ..systems import System, SystemComponent, catalogue
+from ..systems import System, catalogue
+from .alone import single
 from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, say, writable
 
 
@@ -80,14 +81,6 @@ def command(
     words = [f"and {left} start values of states and inputs; --all shows them"] if left else []
     say(as_json, lambda: document(plan, shown), _table(shown), *words, *([f"wrote {toml}"] if toml else []))
     return 0
-
-
-def single(source: str) -> System:
-    """A component or an FMU as a system of its own, called by its package or file."""
-    spec = source if source.endswith(".fmu") else catalogue.resolve(source)
-    file = spec.rpartition(":")[0] if ".py:" in spec else spec
-    name = catalogue.described_by(spec) or (Path(file).stem if file.endswith((".fmu", ".py")) else spec.partition(":")[0])
-    return System(spec, (SystemComponent(re.sub(r"\W", "_", name), spec),), ())
 
 
 def _check_ending(file: Path) -> None:

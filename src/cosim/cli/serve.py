@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .common import AsJson, console, needs, say, seconds
+from .alone import given_alone
+from .common import AsJson, Parameters, Values, console, needs, say, seconds
 
 
 def command(
@@ -23,11 +24,14 @@ def command(
     ] = None,
     certificate: Annotated[Path | None, typer.Option(metavar="FILE", help="speak TLS with this certificate (PEM)")] = None,
     key: Annotated[Path | None, typer.Option(metavar="FILE", help="its private key (PEM)")] = None,
+    set_: Values = None,
+    params: Parameters = None,
     as_json: AsJson = False,
 ) -> int:
     """Wait for masters that run a system with tcp://HOST:PORT in the place of a component, one after another.
 
-    Without --secret whoever reaches the port is served; without --certificate all can be read on the way.
+    Without --secret whoever reaches the port is served; without --certificate all can be read on the way. The values of --set and
+    --params count where a master gives none.
     """
     from ..slaves import open_slave
     from ..slaves.processes.admission import Admission, read_secret
@@ -39,7 +43,8 @@ def command(
     limits = Limits(idle=seconds(idle, "--idle"), longest=seconds(longest, "--longest"))
     needs("--key", key, "--certificate", certificate is not None)
     admission = Admission(None if secret is None else read_secret(secret), _context(certificate, key))
-    slave = open_slave("unit", source, in_process=not fmu)
+    values = given_alone(source, set_, params)
+    slave = open_slave("unit", source, in_process=not fmu, values=values)
 
     def ready(taken: int) -> None:
         if as_json:
@@ -49,7 +54,7 @@ def command(
             console().print(f"{source} is at tcp://{host}:{taken}")
 
     try:
-        listen(slave, (host, port), once=once, ready=ready, limits=limits, admission=admission)
+        listen(slave, (host, port), once=once, ready=ready, limits=limits, admission=admission, values=values)
     finally:
         slave.close()
     return 0

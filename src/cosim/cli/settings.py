@@ -4,6 +4,7 @@
     gyro=linear                           a variant, COMPONENT=VARIANT
     gyro=linear,hil,rate_delay=5ms        several, the second with a value of its own
 
+    rotor_speed=200rpm                    the same, where there is one component only
     gyro=vendor.fmu,torque=yaw_moment     a variant that calls the signal yaw_moment of the system torque
 
 `run` and its kind take one variant of a component, `compare` several, the first as the reference, `sweep` all of them in turn.
@@ -66,7 +67,7 @@ def read_settings(texts: Iterable[str], system: System) -> Settings:
     variants: dict[str, tuple[str, ...]] = {}
     for text in texts:
         name, value = assignment(text, rule)
-        alone = len(components) == 1 and name not in components and system.components[0].source.endswith(".fmu")
+        alone = len(components) == 1 and name not in components
         if alone or ("." in name and name not in components):
             values.append((system.full(name), value))
             continue

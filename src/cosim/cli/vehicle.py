@@ -10,9 +10,9 @@ from gyro_cosim.component import Component
 
 from ..stability.at_rest import AtRest
 from ..systems import catalogue
+from .alone import single
 from .common import AsJson, say
 from .modes import ignorable, mode_words, modes_of, velocities
-from .parameters import single
 
 LOAD = "_vertical_force"
 STABLE = 2.78  # of the classical Runge-Kutta method, along the negative axis

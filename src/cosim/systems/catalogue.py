@@ -15,7 +15,7 @@ import time
 import tomllib
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata, resources, util
@@ -148,7 +148,7 @@ def spec_of_fmu(file_name: str) -> str | None:
     return f"{package}:{variant}" if variant in components().get(package, {}) else None
 
 
-def export(spec: str, directory: Path, **options: Any) -> list[Path]:
+def export(spec: str, directory: Path, *, starts: Mapping[str, float] | None = None, **options: Any) -> list[Path]:
     """Write the FMUs of a component with the installed exporter.
 
     Parameters
@@ -157,6 +157,8 @@ def export(spec: str, directory: Path, **options: Any) -> list[Path]:
         As resolve() takes it.
     directory : Path
         Where to write.
+    starts : mapping
+        Values, by name, with which they start in the place of the component's own.
     **options
         The exporter's own.
 
@@ -165,7 +167,8 @@ def export(spec: str, directory: Path, **options: Any) -> list[Path]:
     list of Path
         The files written.
     """
-    return _exported(component(spec), directory, **options)
+    made = component(spec)
+    return _exported(made.with_starts(starts) if starts else made, directory, **options)
 
 
 def _exported(made: Any, directory: Path, **options: Any) -> list[Path]:
