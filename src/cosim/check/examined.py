@@ -35,7 +35,7 @@ class Examined:
         if self.events_only:  # probes step without event mode, so they take the other interface
             self.kind = "me"
             self._attributes = dict(root.find(TAG[self.kind]).attrib)  # type: ignore[union-attr]
-        self.shifts = {v.get("name"): number(v.get("shiftDecimal")) or 0.0 for v in root.iter("Clock")}  # not all that FMPy reads
+        self.shifts = {v.get("name"): number(v.get("shiftDecimal")) or 0.0 for v in root.iter("Clock")}  # FMPy reads few of them
         self.unstated = {
             v.get("name")
             for v in root.iter("Clock")
