@@ -46,15 +46,17 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
     # ---- analysis: every speed at which the least damped root crosses the axis
     critical: dict[float, list[float]] = {}
     unstable: set[int] = set()
+    oscillating: set[int] = set()
     never: dict[str, list[float]] = {"stable": [], "unstable": []}
     for spin in critical_spins:
-        at_speeds = [rest.roots((v, spin * RPM)).real for v in where]
-        at = np.array([roots.max() for roots in at_speeds])
+        at_speeds = [rest.roots((v, spin * RPM)) for v in where]
+        at = np.array([roots.real.max() for roots in at_speeds])
         critical[spin] = [
             brentq(lambda v, spin, rest: rest.growth((v, spin * RPM)), where[k], where[k + 1], args=(spin, rest), xtol=1e-6)
             for k in np.flatnonzero(np.diff(np.sign(at)))
         ]
-        unstable |= {int((roots > 0.0).sum()) for roots in at_speeds}
+        unstable |= {int((roots.real > 0.0).sum()) for roots in at_speeds}
+        oscillating |= {int(((roots.real > 0.0) & (roots.imag != 0.0)).sum()) for roots in at_speeds}
         if not critical[spin]:
             never["stable" if at[0] > 0.0 else "unstable"].append(spin)
     slow = rest.mode((SPEED, SPIN * RPM), rest.roots((SPEED, SPIN * RPM))[0])[0]
@@ -62,6 +64,7 @@ for row, (name, file) in zip(axes, SYSTEMS.items(), strict=True):
         "states": len(rest.states),
         "furthest_from_rest": away,
         "roots_that_grow_least_and_most": [min(unstable), max(unstable)],
+        "of_them_off_the_real_axis": [min(oscillating), max(oscillating)],
         "critical_speeds": {f"{spin:g} rpm": crossings for spin, crossings in critical.items() if crossings},
         "never_stable_rpm": never["stable"],
         "never_unstable_rpm": never["unstable"],
@@ -104,4 +107,7 @@ for name, results in summary.items():
     print("    critical speeds [m/s]:", {spin: [round(v, 2) for v in at] for spin, at in results["critical_speeds"].items()})
     stable, unstable = results["never_unstable_rpm"], results["never_stable_rpm"]
     lowest = f", from {min(stable):g} rpm on" if stable else ""
+    grow, off = (results[n] for n in ("roots_that_grow_least_and_most", "of_them_off_the_real_axis"))
+    looked = f"at {where.size} speeds and {critical_spins.size} spins"
+    print(f"    {looked} {grow[0]} to {grow[1]} roots grow, {off[0]} to {off[1]} of them off the real axis")
     print(f"    of {critical_spins.size} spins {len(stable)} never unstable{lowest}, {len(unstable)} never stable")

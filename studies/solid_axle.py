@@ -32,7 +32,7 @@ WEAK, STRONG = 100.0, 2000.0  # rpm
 UNITS = {
     "at rest": (0.0, STIFF, DAMPED, INERTIA, GIMBAL),
     "as in Table 2": (STRONG * RPM, STIFF, DAMPED, INERTIA, GIMBAL),
-    "Table 2 without its damper": (STRONG * RPM, STIFF, DAMPED / 100, INERTIA, GIMBAL),
+    "Table 2 with a hundredth of its damper": (STRONG * RPM, STIFF, DAMPED / 100, INERTIA, GIMBAL),
     "Table 2's damper, spring 4.1 kN/m": (STRONG * RPM, 4.1e3, DAMPED, INERTIA, GIMBAL),
     "a tenth of the damper, 4.1 kN/m": (STRONG * RPM, 4.1e3, DAMPED / 10, INERTIA, GIMBAL),
     "a hundredth of the damper, 10 N/m": (STRONG * RPM, 10.0, DAMPED / 100, INERTIA, GIMBAL),

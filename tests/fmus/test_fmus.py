@@ -141,7 +141,7 @@ def test_every_type_takes_start_values_and_crosses_connections(tmp_path: Path) -
         ("a.blob", "xyz", "must be bytes in hexadecimal digits, got 'xyz'"),
         ("m.u", "3 kg", "unit 'kg' cannot be expressed in 'chain'"),
         ("m.gain", "3 m", "must be a plain number, since no unit is stated"),
-        ("a.tick", 1, "unknown parameter of 'a': 'tick'"),
+        ("a.tick", 1, "a.tick must be something that takes a value, is a Clock of an FMU without event mode"),
     ],
 )
 def test_values_that_do_not_fit_their_type_are_refused(tmp_path: Path, target: str, value: object, words: str) -> None:

@@ -2,6 +2,8 @@
 
 import json
 import re
+import threading
+import time
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +18,8 @@ from gyro_cosim import system as read_system
 from gyro_cosim.master import Options, open_network, run
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.slaves import open_slave, tunable
-from gyro_cosim.slaves.base import Texting
+from gyro_cosim.slaves.base import Clocked, Texting
+from gyro_cosim.slaves.processes.listening import listen
 from gyro_cosim.slaves.processes.messages import answered
 from gyro_cosim.slaves.processes.protocol import Kind
 from gyro_cosim.ssp.packing import pack
@@ -279,4 +282,58 @@ def test_a_unit_believes_no_message(kind: Kind, content: dict[str, Any], words: 
     slave.initialize({"kind": float(clock_fmus.KINDS.index("tunable"))}, 0.0, 1.0)
     with pytest.raises(ValueError, match=re.escape(words)):
         answered(slave, kind, json.dumps(content).encode())
+    slave.close()
+
+
+class Slow(Clocked):
+    """Passes everything on, but takes its time to tell what has ticked in its second step."""
+
+    def __init__(self, slave: Any) -> None:
+        self._slave, self.name, self.description, self._steps = slave, slave.name, slave.description, 0
+
+    def begin(self, values: Any, t: float, stop: float) -> None:
+        self._slave.begin(values, t, stop)
+
+    def finish(self) -> None:
+        self._slave.finish()
+
+    def output(self, u: np.ndarray, t: float) -> Any:
+        return self._slave.output(u, t)
+
+    def step(self, U: np.ndarray, t: float, h: float) -> None:
+        self._steps += 1
+        self._slave.step(U, t, h)
+
+    def expect(self, ticks: Any) -> None:
+        self._slave.expect(ticks)
+
+    def take_ticks(self) -> Any:
+        time.sleep(0.5 if self._steps == 2 else 0.0)
+        return self._slave.take_ticks()
+
+    def close(self) -> None:
+        self._slave.close()
+
+
+def test_a_unit_that_does_not_tell_its_ticks_in_time_stops_the_run(tmp_path: Path) -> None:
+    file, ports = clock_fmus.clocks(tmp_path), []
+    slave = Slow(open_slave("unit", str(file)))
+    thread = threading.Thread(target=listen, args=(slave, ("127.0.0.1", 0)), kwargs={"once": True, "ready": ports.append})
+    thread.start()
+    while not ports:
+        time.sleep(1e-3)
+    there = f"tcp://127.0.0.1:{ports[0]}?timeout=100ms"
+    plan = system(("a", there, {}), ("b", file, {"each": 0}), wires=("a.out -> b.go",))  # type: ignore[arg-type]
+    with pytest.raises(SlaveError, match=r"gave no answer to TAKE_TICKS within 0\.1 s"):
+        simulate(plan, step=0.25, stop=1.0)
+    thread.join(10.0)
+    slave.close()
+
+
+def test_an_interval_is_refused_where_no_clock_ticks(tmp_path: Path) -> None:
+    """Event mode can turn out to be refused after the interval has been given."""
+    slave = open_slave("a", str(clock_fmus.clocks(tmp_path, "tunable")))
+    slave._adopt(replace(slave.description, counts_events=False))  # type: ignore[attr-defined]
+    with pytest.raises(SlaveError, match="clock 'every' ticks in event mode only, in which the FMU cannot be run"):
+        slave.begin({"every": 0.2}, 0.0, 1.0)
     slave.close()

@@ -108,7 +108,7 @@ def test_a_unit_without_initialization_mode_is_started_as_a_whole(
     if not initializes:
         told = serving.introduction
         hidden = ("initialization", "initial_feedthrough")
-        monkeypatch.setattr(serving, "introduction", lambda s: {k: v for k, v in told(s).items() if k not in hidden})
+        monkeypatch.setattr(serving, "introduction", lambda *of: {k: v for k, v in told(*of).items() if k not in hidden})
     file = small_fmus.follower(tmp_path, 2)
     with offered(open_slave("unit", str(file))) as port:
         parts = (

@@ -59,3 +59,16 @@ def test_the_command_maps_and_draws(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("locus.png", "map.png"))
     assert main(["modes", "wheel-pair", "--plot", str(tmp_path / "no.png")]) == 2
     assert "--plot has no effect without --over" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        (("vehicle.speed=5:5:3",), "--over must lead from one value to another, got 'vehicle.speed=5:5:3'"),
+        (("vehicle.speed=1:5:2", "vehicle.speed=1:9:3"), "--over must name two parameters, got vehicle.speed twice"),
+        (("vehicle.speed=1:5:2",) * 3, "--over must be given once or twice, got 3 times"),
+    ],
+)
+def test_ranges_that_make_no_figure_are_refused(over: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["modes", "wheel-pair", *(word for text in over for word in ("--over", text))]) == 2
+    assert words in capsys.readouterr().err

@@ -138,7 +138,7 @@ def degrees(text: str) -> list[int]:
 def needs(option: str, given: object, other: str, there: bool) -> None:
     """Refuse an option that has no effect without another one."""
     if given is not None and not there:
-        raise ValueError(f"{option} has no effect without {other}, got {given!r}")
+        raise ValueError(f"{option} has no effect without {other}, got {str(given) if isinstance(given, Path) else given!r}")
 
 
 def console() -> Console:

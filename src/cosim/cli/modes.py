@@ -53,6 +53,8 @@ def command(
     drawing.check(plot)
     plan = chosen_system(name if is_system(name) else single(name), gyro, set_, vehicle=vehicle, swaps=swap, params=params)
     ranges = [_range(plan, text) for text in over or ()]
+    if len({one.key for one in ranges}) < len(ranges):
+        raise ValueError(f"--over must name two parameters, got {ranges[0].key} twice")
     rest = AtRest(plan, [one.key for one in ranges], ignorable(plan))
     if not ranges:
         found: dict[str, Any] = {"system": plan.name, "velocities": velocities(rest.states), "modes": modes_of(rest)}
@@ -88,6 +90,7 @@ def _over_one(rest: AtRest, over: Range, plot: Path | None, as_json: bool) -> No
         root_locus(axes[0, 0], rest.paths(over.values[:, None]), over.values, over.label)
         # fast and slow roots lie decades apart; pairs are symmetric
         axes[0, 0].set(xscale="symlog", yscale="symlog", ylim=(0.0, None))
+        axes[0, 0].set_title(f"{rest.system.name}: roots, rings at {over.values[0]:g} {over.unit}", fontsize=10)
         drawing.save(fig, plot)
     series = {
         "system": rest.system.name, "parameter": over.key, "unit": over.unit, "values": list(over.values), "growth": growth,
@@ -100,7 +103,7 @@ def _over_one(rest: AtRest, over: Range, plot: Path | None, as_json: bool) -> No
         f"stability changes at {over.key} = {value:.6g} {over.unit}: {mode.frequency:.4g} Hz, mostly {mode.moves}"
         for value, mode in changes
     ]
-    say(as_json, lambda: series, table, *(lines or ["stability does not change"]))
+    say(as_json, lambda: series, table, *(lines or [f"the largest growth has one sign at all {over.values.size} values"]))
 
 
 def _over_two(rest: AtRest, across: Range, along: Range, plot: Path | None, as_json: bool) -> None:
@@ -108,7 +111,9 @@ def _over_two(rest: AtRest, across: Range, along: Range, plot: Path | None, as_j
     if plot is not None:
         from ..stability.figures import growth_map
 
-        drawing.save(growth_map((across.label, across.values), (along.label, along.values), growth), plot)
+        fig = growth_map((across.label, across.values), (along.label, along.values), growth)
+        fig.axes[0].set_title(f"{rest.system.name}: stable where blue", fontsize=10)
+        drawing.save(fig, plot)
     series = {
         "system": rest.system.name, "parameters": [across.key, along.key], "units": [across.unit, along.unit],
         "values": [list(across.values), list(along.values)], "growth": growth.tolist(),
@@ -144,6 +149,8 @@ def _range(plan: System, text: str) -> Range:
         low, high = (rows[parameter].check(quantity(end, unit)) for end in parts[:2])
     except ValueError as error:
         raise ValueError(f"--over {error}") from None
+    if low == high:
+        raise ValueError(f"--over must lead from one value to another, got {text!r}")
     return Range(key, np.linspace(low, high, int(parts[2])), unit)
 
 

@@ -78,7 +78,7 @@ def crossings(rest: AtRest, values: np.ndarray) -> list[tuple[float, Mode]]:
     rest
         With one free parameter.
     values
-        Of it, in SI, rising, shape (m,); two changes between neighbours are not seen.
+        Of it, in SI, rising or falling, shape (m,); two changes between neighbours are not seen.
 
     Returns
     -------

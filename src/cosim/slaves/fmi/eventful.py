@@ -48,6 +48,8 @@ class EventfulFmu(SteppingFmu, Clocked):
     def _set_starts(self, rows: Sequence[tuple[Row, list[Value]]], t: float) -> None:
         """Those of clocks are their intervals, which are given in initialization mode."""
         clocks = {row.name: float(value) for row, (value, *_) in rows if row.type == "Clock"}  # type: ignore[arg-type]
+        if clocks and not self.ticking.periods:
+            raise SlaveError(self.name, t, 0.0, f"clock {min(clocks)!r} ticks in event mode only, in which the FMU cannot be run")
         self.intervals = {**self.intervals, **clocks}
         super()._set_starts([(row, values) for row, values in rows if row.name not in clocks], t)
 

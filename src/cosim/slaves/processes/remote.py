@@ -38,7 +38,7 @@ from ..description import SlaveDescription
 from ..signal import Value
 from . import child
 from .admission import WANTED, Admission, read_secret
-from .messages import Messaging
+from .messages import MESSAGES, Messaging
 from .protocol import Kind, Link, ProtocolError, array, document, numbers
 from .telling import carried_values, described, truth
 
@@ -90,6 +90,7 @@ class RemoteSlave(Messaging, Restorable):
         place, self._terms = parse(source)
         self._child: subprocess.Popen[bytes] | None = None
         self._sequence = self._missing = 0
+        self._preparing = True
         self._place = place
         self._last: list[tuple[float, np.ndarray]] = []
         self._link = self._started(place.removeprefix("process:")) if place.startswith("process:") else self._connected(place)
@@ -202,10 +203,12 @@ class RemoteSlave(Messaging, Restorable):
     def _ask(self, kind: Kind, payload: bytes = b"", t: float = 0.0, timeout: float | None = None) -> bytes:
         """The answer to a request. TimeoutError only with a `timeout` (s); whatever else goes wrong is a SlaveError."""
         self._sequence += 1
+        patient = kind not in MESSAGES or self._preparing or not self._last
+        usual = PREPARATION if patient else self._terms.timeout
         try:
             self._link.send(kind, self._sequence, payload, PREPARATION)
             while True:
-                answer, sequence, content = self._link.receive(timeout or PREPARATION)
+                answer, sequence, content = self._link.receive(timeout or usual)
                 if answer == Kind.CHALLENGE:
                     raise self._failed(t, WANTED.decode())
                 if sequence > self._sequence or answer not in (Kind.OK, Kind.ERROR, Kind.END):
@@ -216,7 +219,7 @@ class RemoteSlave(Messaging, Restorable):
         except TimeoutError:
             if timeout is not None:
                 raise
-            raise self._failed(t, f"gave no answer to {kind.name} within {PREPARATION:g} s") from None
+            raise self._failed(t, f"gave no answer to {kind.name} within {usual:g} s") from None
         except ProtocolError as error:
             raise self._failed(t, f"sent a malformed frame: {error}") from None
         except (EOFError, OSError) as error:
