@@ -23,8 +23,8 @@ VERSIONS = {"2": ".fmu", "3": ".fmi3.fmu"}
 SOURCES = {
     "fmu.c": "-O3",
     "equations.c": "-O3",
-    "rhs_derivatives.c": "-O1",
-    "output_derivatives.c": "-O1",
+    "rhs_derivatives.c": "-O2",
+    "output_derivatives.c": "-O2",
 }  # with the optimization of each
 HEADERS = (
     "fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h",

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 import casadi as ca
 
 from .graph import Graph, Operation, of_function
+from .parts import definition
 from .twins import schedule
 
 __all__ = ["UnknownOperationError", "file", "has_twins", "paired", "plain"]
@@ -48,7 +49,7 @@ def _expression(what: str, operation: Operation, operands: list[str]) -> str:
     raise UnknownOperationError(f"{what}: the operation {operation.name!r} has no C code here")
 
 
-def plain(name: str, function: ca.Function) -> str:
+def plain(name: str, function: ca.Function, storage: str = "", *, apart: bool = False) -> str:
     """C code of an SX function, for `real`.
 
     Parameters
@@ -57,6 +58,10 @@ def plain(name: str, function: ca.Function) -> str:
         Of the C function.
     function : casadi.Function
         An SX function.
+    storage : str
+        What stands before the definition, such as "static ".
+    apart : bool
+        Whether it comes in parts if it is long (parts.py).
 
     Returns
     -------
@@ -85,7 +90,7 @@ def plain(name: str, function: ca.Function) -> str:
             names.append(f"a{i}")
     for o, column in enumerate(graph.results):
         lines += [f"res[{o}][{k}] = {names[i]};" for k, i in enumerate(column)]
-    return _definition(name, "real", lines)
+    return definition(name, "real", lines, storage, apart=apart)
 
 
 def _with_both(graph: Graph) -> dict[int, int]:
@@ -100,13 +105,6 @@ def _sincos(operation: Operation, operand: str, name: str, other: str) -> str:
     return f"gc_sincos({operand}, &{sine}, &{cosine});"
 
 
-def _definition(name: str, kind: str, lines: list[str]) -> str:
-    body = "".join(f"    {line}\n" for line in lines)
-    unused = "(void)arg, (void)res, (void)integers, (void)work, (void)memory;"
-    head = f"int {name}(const {kind} **arg, {kind} **res, int *integers, {kind} *work, int memory) {{"
-    return f"{head}\n    {unused}\n{body}    return 0;\n}}\n"
-
-
 def has_twins(function: ca.Function) -> bool:
     """Whether paired code of an SX function is worth while."""
     graph = of_function(function)
@@ -115,13 +113,13 @@ def has_twins(function: ca.Function) -> bool:
     return operations >= SMALL and together >= WORTH * operations
 
 
-def paired(name: str, function: ca.Function) -> str:
+def paired(name: str, function: ca.Function, storage: str = "", *, apart: bool = False) -> str:
     """C code of an SX function with twins side by side, for LANES 2. Parameters, errors: see plain()."""
     graph = of_function(function)
-    return _definition(name, "double", _Paired(name, graph).lines())
+    return definition(name, "double", _Paired(name, graph).lines(), storage, apart=apart)
 
 
-def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: bool) -> str:
+def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: bool, apart: bool) -> str:
     """A C file of SX functions.
 
     Parameters
@@ -132,6 +130,8 @@ def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: boo
         What stands before every definition.
     side_by_side : bool
         Whether compilers that know vectors get paired code, where the file serves one vehicle; others get plain code.
+    apart : bool
+        Whether long functions come in parts.
 
     Returns
     -------
@@ -143,11 +143,13 @@ def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: boo
     UnknownOperationError
         See plain().
     """
-    simple = '#include "mathematics.h"\n\n' + "\n".join(prefix + plain(name, f) for name, f in functions.items())
+    simple = '#include "mathematics.h"\n\n' + "\n".join(plain(name, f, prefix, apart=apart) for name, f in functions.items())
     data = '#include "model_data.h"\n'
     if not side_by_side:
         return data + simple
-    pairs = '#define LANES 2\n#include "mathematics.h"\n\n' + "\n".join(prefix + paired(n, f) for n, f in functions.items())
+    pairs = '#define LANES 2\n#include "mathematics.h"\n\n' + "\n".join(
+        paired(n, f, prefix, apart=apart) for n, f in functions.items()
+    )
     return f"{data}#if defined(__GNUC__) && !defined(LANES)\n{pairs}#else\n{simple}#endif\n"
 
 

@@ -20,6 +20,12 @@
 #define gc_root sqrt
 #endif
 
+#if defined(__GNUC__)
+#define GC_APART __attribute__((noinline)) /* a part of a long function: together the compiler would take minutes */
+#else
+#define GC_APART
+#endif
+
 #if defined(_MSC_VER)
 #pragma fp_contract(off)
 #elif defined(__clang__) || !defined(__GNUC__)

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from gyro_cosim.fmus import printing
+from gyro_cosim.fmus import parts, printing
 from gyro_cosim.fmus.compiler import compile_libraries, host
 from gyro_cosim.fmus.graph import Graph, of_function
 from gyro_cosim.fmus.twins import schedule
@@ -53,15 +53,16 @@ def test_what_is_done_twice_is_paired() -> None:
     assert any({graph.operations[i].name for i in pair} == {"add", "sub"} for pair, _ in steps)
 
 
-def values(function: ca.Function, arguments: list[np.ndarray], folder: Path, *, paired: bool) -> np.ndarray:
-    """The function compiled as plain or as paired code."""
+def values(function: ca.Function, arguments: list[np.ndarray], folder: Path, *, paired: bool, apart: bool = False) -> np.ndarray:
+    """The function compiled as plain or as paired code, apart: in parts."""
     folder.mkdir()
     for file in C.iterdir():
         (folder / file.name).write_bytes(file.read_bytes())
-    text = (printing.paired if paired else printing.plain)("it", function)
-    lanes = "#define LANES 2\n" if paired else ""
     visible = '__attribute__((visibility("default"))) '
-    (folder / "it.c").write_text(f'{lanes}#include "mathematics.h"\n{visible}{text}')
+    text = (printing.paired if paired else printing.plain)("it", function, visible, apart=apart)
+    assert (" it_1(" in text) == apart
+    lanes = "#define LANES 2\n" if paired else ""
+    (folder / "it.c").write_text(f'{lanes}#include "mathematics.h"\n{text}')
     (library,) = compile_libraries(folder, {"it.c": "-O2"}, "it", {host(): True}).values()
     (folder / "it.so").write_bytes(library)
     result = np.zeros(function.numel_out(0))
@@ -77,6 +78,15 @@ def test_paired_code_gives_the_bits_of_plain_code(copies: int, tmp_path: Path) -
     plain, paired = (values(function, [x, p], tmp_path / str(kind), paired=kind) for kind in (False, True))
     assert plain.tobytes() == paired.tobytes()
     np.testing.assert_allclose(plain, np.array(function(x, p)).ravel(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("paired", [False, True])
+def test_a_function_in_parts_gives_the_bits_of_the_whole(paired: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    function, rng = two(5), np.random.default_rng(3)
+    arguments = [rng.standard_normal(4), rng.standard_normal(2)]
+    monkeypatch.setattr(parts, "LENGTH", 9)
+    whole, apart = (values(function, arguments, tmp_path / str(cut), paired=paired, apart=cut) for cut in (False, True))
+    assert whole.tobytes() == apart.tobytes()
 
 
 def test_an_operation_without_code_is_named() -> None:

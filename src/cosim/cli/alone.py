@@ -30,6 +30,8 @@ def given_alone(source: str, texts: Sequence[str] | None, params: Path | None) -
     """
     if not texts and params is None:
         return {}
+    if Path(source).is_file() and Path(source).suffix not in (".fmu", ".py", ".toml"):
+        raise ValueError(f"{source} must end in .fmu, .py or .toml to be given values by --set and --params")
     plan = single(source)
     (part,) = applied(plan, None, texts, params=params).components
     if part.source != plan.components[0].source:
