@@ -50,7 +50,7 @@ paper: $(READY)
 	$(BIN)/cosim paper
 
 studies: $(READY)
-	@for study in studies/*.py; do echo "$$study"; $(BIN)/python "$$study" || exit 1; done
+	$(BIN)/python studies
 
 gallery: $(READY)
 	$(BIN)/python docs/gallery.py
