@@ -9,6 +9,7 @@ from math import cos, inf, radians
 from gyro_cosim.component import Variable, parameter
 
 from .contact import hertz_patch
+from .friction import FRICTION
 from .kalker import RATIO, coefficients
 
 __all__ = [
@@ -140,6 +141,7 @@ def rail_and_contact() -> tuple[Variable, ...]:
                   min=1e5, nominal=1e7),
         parameter("friction", 0.369, "1", "coefficient of friction", symbol="mu", source=OPEN, assumed=(0.2, 0.4), min=0.0,
                   max=1.0),
+        *FRICTION,
         parameter("youngs_modulus", YOUNG, "Pa", "Young's modulus of wheel and rail", symbol="E", source="steel", min=1e9,
                   nominal=1e11),
         parameter("poisson_ratio", POISSON, "1", "Poisson's ratio of wheel and rail", symbol="nu", source="steel", min=0.0,

@@ -12,12 +12,13 @@ FASTSIM's steps take their matrix from Polach's law, which is near it and far ch
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
 from .creep_laws import LAWS
+from .friction import falling, slip_speed
 from .wheel_rail import hertz_stiffness, tread_press
 
 __all__ = ["Trim", "rest_state"]
@@ -79,6 +80,7 @@ def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> 
         delta, xi = guess * at[0], 1e-3 * at[1]  # both unknowns of order one
         N, patch = press(delta, 0)
         H = s["rolling_radius"] - delta / cosine
+        patch = replace(patch, mu=falling(s, patch.mu)(slip_speed(s["speed"], xi, ca.SX(0))))
         return N, *LAWS[by](xi, ca.SX(0), (1 - xi) * sine / H, patch), H, xi
 
     def residual(at: ca.SX, by: str) -> ca.SX:

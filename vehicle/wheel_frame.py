@@ -20,6 +20,7 @@ from typing import Any
 
 import casadi as ca
 
+from . import friction
 from .irregularity import Unevenness
 from .rotation import angle_rates, attitude, column, cross, dot
 from .wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
@@ -143,7 +144,7 @@ def rolling(
     for (name, side), W in zip(SIDES.items(), at.W, strict=True):
         towards_flange = flange_side * side
         centre = origin + side * b * e_y
-        wheel = Wheel(centre, towards_flange * e_y, origin, at.v, spin_free + W * e_y, speed)
+        wheel = Wheel(centre, towards_flange * e_y, origin, at.v, spin_free + W * e_y, speed, friction.under(s, name, at.s))
         ahead = -side * b * ca.sin(at.psi)  # of the wheel's centre; the flange touches further on
         on_flange = ahead - towards_flange * s["rolling_radius"] * ca.tan(s["flange_angle"]) * ca.sin(at.psi)
         running = rail_line(turn, rough, side, side * b, 0, ahead)

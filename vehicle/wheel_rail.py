@@ -25,12 +25,13 @@ keeps it smooth at touch. Its tangential stiffness is that of a fixed patch in p
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 
 from .creep_laws import LAWS, Patch, polach
+from .friction import Friction, slip_speed
 from .kalker import Coefficients
 from .rotation import cross, dot
 
@@ -72,6 +73,8 @@ class Wheel:
         The wheel's absolute angular velocity (rad/s).
     speed : casadi.SX
         What the creepages refer to (m/s).
+    friction : callable
+        Speed of slip (m/s) -> coefficient of friction on its rail.
     """
 
     centre: ca.SX
@@ -80,6 +83,7 @@ class Wheel:
     velocity: ca.SX
     rotation: ca.SX
     speed: Any
+    friction: Friction
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,8 @@ def _forces(wheel: Wheel, t: ca.SX, contact: tuple[Any, ...], press: Callable[[A
     approach_rate = -dot(v, n)
     N, patch = press(-gap, approach_rate)
     creepages = (dot(v, t) / wheel.speed, dot(v, across) / wheel.speed, dot(wheel.rotation, n) / wheel.speed)
-    Fx, Fy, Mz = law(*creepages, patch)
+    mu = wheel.friction(slip_speed(wheel.speed, creepages[0], creepages[1]))
+    Fx, Fy, Mz = law(*creepages, replace(patch, mu=mu))
     force = N * n + Fx * t + Fy * across
     heat = -(Fx * creepages[0] + Fy * creepages[1] + Mz * creepages[2])
     return Touch(force, cross(arm, force) + Mz * n, N, gap, d, slope, creepages, heat, approach_rate)

@@ -148,7 +148,9 @@ def test_explicit_contact_meets_a_search_by_brute_force() -> None:
     t = ca.vertcat(1, 0, 0)
     H = s["rolling_radius"]
     origin = ca.vertcat(0, y, H)
-    wheel = Wheel(origin + s["contact_half_distance"] * a, a, origin, ca.SX.zeros(3), ca.SX.zeros(3), 1.0)
+    wheel = Wheel(
+        origin + s["contact_half_distance"] * a, a, origin, ca.SX.zeros(3), ca.SX.zeros(3), 1.0, lambda slip: s["friction"]
+    )
     rail = ca.vertcat(-s["contact_half_distance"] * ca.sin(psi), s["contact_half_distance"], 0)
     profile, summit = flange_profile(s)
     corner = rail + ca.vertcat(0, s["corner_offset"], -s["corner_depth"])
