@@ -119,8 +119,8 @@ def generate(table: Table, identifier: str, *, derivatives: bool = True) -> dict
         texts = {f"{identifier}_{name}": function for name, function in here.items() if function.is_a("SXFunction")}
         others = {f"{identifier}_{name}": function for name, function in here.items() if not function.is_a("SXFunction")}
         side_by_side = bool(twins) and file != "model.c" and not others  # CasADi prints for single numbers
-        static, apart = "static " * (file == "model.c"), file not in ("model.c", "equations.c")
-        files[file] = printing.file(texts, prefix=static, side_by_side=side_by_side, apart=apart)
+        static, cut = "static " * (file == "model.c"), file not in ("model.c", "equations.c")
+        files[file] = printing.file(texts, prefix=static, side_by_side=side_by_side, apart=cut)
         if others:
             files[file] += _by_casadi(table, identifier + file.removeprefix("model").removesuffix(".c"), others, work)
     apart = [n for file, names in FILES.items() if file != "model.c" for n in names if n in available and n not in EQUATIONS]

@@ -96,6 +96,7 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
     outputs = ends[0].outputs | ends[1].outputs
     outputs |= {
         "curvature": under.curvature,
+        "cant_angle": under.cant,
         "drive_power": account["drive_power"],
         "dissipated_power": account["damper_heat"] + account["creep_heat"],
         "derailed": ca.mmax(ca.vertcat(*(outputs[f"{wheel}_climb"] for wheel in WHEELS))) > 1,

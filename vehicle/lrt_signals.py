@@ -67,6 +67,13 @@ def vehicle_signals(solid: bool) -> tuple[Variable, ...]:
                  for name, unit, meaning, symbol, nominal in REPORT]  # fmt: skip
     rows += [
         output("curvature", "1/m", "curvature of the track under the car body", symbol="kappa", nominal=0.01),
+        output(
+            "cant_angle",
+            "rad",
+            "cant of the track under the car body, positive with the left rail high",
+            symbol="alpha",
+            nominal=0.1,
+        ),
         output("drive_power", "W", "power of the drive", nominal=1e3),
         output("dissipated_power", "W", "heat of dampers and creep", nominal=1e3),
         output("derailed", "1", "1 when a flange has passed the top of the rail, else 0"),

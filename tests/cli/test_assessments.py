@@ -129,10 +129,10 @@ def test_a_field_brings_a_command_and_takes_none_of_ours(
     assert cosim(*RUN)[0] == 0
 
 
-def test_the_command_line_imports_no_railway_and_only_the_papers_command_the_paper() -> None:
+def test_only_the_commands_of_a_field_import_it() -> None:
     folder = Path(gyro_cosim.cli.__file__).parent
     for file in folder.glob("*.py"):
         tree = ast.walk(ast.parse(file.read_text()))
         names = {node.module or "" for node in tree if isinstance(node, ast.ImportFrom)}
-        assert not any(name.split(".")[0] == "railway" for name in names), file
+        assert file.name == "assess.py" or not any(name.split(".")[0] == "railway" for name in names), file
         assert file.name == "paper.py" or not any(name.split(".")[0] == "paper" for name in names), file

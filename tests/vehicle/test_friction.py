@@ -97,7 +97,7 @@ def test_rest_is_rest_with_falling_friction(vehicle) -> None:
 
 
 def test_a_factor_out_of_range_is_refused() -> None:
-    with pytest.raises(ValueError, match="friction_end_ratio must be at most 1, got 1[.]2"):
+    with pytest.raises(ValueError, match=r"friction_end_ratio must be at most 1, got 1[.]2"):
         sprung_wheelset({"friction_end_ratio": 1.2})
     with pytest.raises(ValueError, match="friction_left must be at least 0, got -1"):
         sprung_wheelset({"friction_left": -1.0})

@@ -86,6 +86,7 @@ def motion(s: Mapping[str, ca.SX], d: Description) -> Motion:
     climbs = [value for name, value in outputs.items() if name.endswith("_climb")]
     outputs |= {
         "curvature": parts.reference.under.curvature,
+        "cant_angle": parts.reference.under.cant,
         "drive_power": account["drive_power"],
         "dissipated_power": account["damper_heat"] + account["creep_heat"],
         "derailed": ca.mmax(ca.vertcat(*climbs)) > 1,

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from importlib import metadata
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from rich.table import Table
+
 from ..systems import System
 from ..trajectory import Trajectory
 
@@ -77,6 +79,35 @@ class Overlaying(Protocol):
         """The figure of `cosim plot` without names: label -> what was found in a run, and the run."""
 
 
+class Tabled(Protocol):
+    """A table of a finding.
+
+    Attributes
+    ----------
+    title : str
+        What it says, in a line.
+    head : tuple of str
+        Of its columns.
+    cells : list of tuple of str
+        Its rows.
+    """
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def head(self) -> tuple[str, ...]: ...
+    @property
+    def cells(self) -> list[tuple[str, ...]]: ...
+
+
+@runtime_checkable
+class Tabulating(Protocol):
+    """What a field has besides, where its findings hold a table, which `cosim run --assess` and the page of a run show."""
+
+    def table(self, finding: Any) -> Tabled | None:
+        """The table; None where a finding has none."""
+
+
 @dataclass(frozen=True)
 class Assessed:
     """What one field found in a run."""
@@ -137,3 +168,25 @@ def overlay(runs: Mapping[str, Trajectory], title: str, style: "Style") -> "Figu
             if all(found.values()):
                 return field.overlay({label: (found[label][0], run) for label, run in runs.items()}, title, style)
     return None
+
+
+def tables(found: Sequence[Assessed]) -> list[Tabled]:
+    """The tables of all findings that have one."""
+    kept = [(one.field, finding) for one in found for finding in one.findings if isinstance(one.field, Tabulating)]
+    return [table for field, finding in kept if (table := field.table(finding)) is not None]
+
+
+def drawn(table: Tabled) -> Table:
+    """A table as a terminal shows it."""
+    made = Table(box=None, pad_edge=False)
+    for words in table.head:
+        made.add_column(words, no_wrap=True)
+    for row in table.cells:
+        made.add_row(*row)
+    return made
+
+
+def tabulated(found: Sequence[Assessed]) -> list[str | Table]:
+    """What `cosim run --assess` prints."""
+    shown = [part for table in tables(found) for part in ("", table.title, drawn(table))]
+    return shown or ["nothing here is assessed in a table: a railway vehicle is, by the names of its outputs"]

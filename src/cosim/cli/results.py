@@ -14,7 +14,7 @@ from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
 from ..trajectory.origin import beside
 from . import drawing
-from .assessments import Assessed, figure, lines
+from .assessments import Assessed, drawn, figure, lines, tables
 from .common import plain, progress, writable
 from .given import repeated
 from .settings import words
@@ -136,6 +136,7 @@ class Files:
             command=self.command or repeated(),
             lines=[line for line in lines(found) if line],
             certificate=plain(certificate),
+            texts=[(table.title, plain([drawn(table)])) for table in tables(found)],
             record_every=every,
             prefer=_drawn(run),
         )

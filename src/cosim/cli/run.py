@@ -12,7 +12,7 @@ from ..errors import RunError
 from ..keeping.last_word import LastWord
 from ..master import Options, macro_steps, open_network
 from ..master import run as run_network
-from .assessments import assessed
+from .assessments import assessed, tabulated
 from .common import (
     AlgorithmName,
     AsJson,
@@ -93,6 +93,9 @@ def command(
         typer.Option(metavar="COMPONENT.VARIABLE=TOL", help="how far a start of --robust may be away: vehicle.angle=1mrad"),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="of the starts of --robust; 1 otherwise")] = None,
+    assess: Annotated[
+        bool, typer.Option("--assess", help="print the table by which a field judges the run, such as EN 14363's of a vehicle")
+    ] = False,
     tolerance: Tolerance = None,
     in_process: InProcess = False,
     isolate: Annotated[bool, typer.Option("--isolate", help=ISOLATE)] = False,
@@ -259,7 +262,7 @@ def command(
         told = document(run, found) | certainty_document(run, known)
         if where_from is not None:
             told["origin"] = where_from.document()
-        lines = summary_lines(run, in_process, found) + sure
+        lines = summary_lines(run, in_process, found) + (tabulated(found) if assess else []) + sure
         if again is not None:
             how_ran = Conditions(chosen, begin, end, in_process, isolate, substeps_of(substeps), record_every)
             asked = again.ask(run, found, how_ran)

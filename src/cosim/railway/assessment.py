@@ -9,13 +9,17 @@ A component is taken for a railway vehicle if it calls its outputs like one:
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..trajectory import Trajectory
-from . import safety
+from . import causes, safety, track_sections
 from .filters import CUT_OFF
+
+if TYPE_CHECKING:
+    from .acceptance import Acceptance
 
 DISTANCE, CLIMB, COEFFICIENT, FORCE = "body_distance", "_climb", "_derailment_coefficient", "_lateral_force"
 LATERAL, YAW = "_lateral_displacement", "_yaw_angle"
@@ -38,6 +42,8 @@ class Assessment:
         The farthest that a flange went over its rail: 0 where it first touches, 1 on top, where it derails; infinite for a NaN.
     lateral, yaw
         For each pair the largest size over the run, and that in its last tenth, in m and in rad.
+    acceptance
+        The table of acceptance.py; None where nobody asked for it.
     """
 
     vehicle: str
@@ -48,6 +54,7 @@ class Assessment:
     climb: float
     lateral: dict[str, tuple[float, float]]
     yaw: dict[str, tuple[float, float]]
+    acceptance: "Acceptance | None" = None
 
 
 def assess(trajectory: Trajectory) -> tuple[Assessment, ...]:
@@ -119,9 +126,23 @@ def _assessed(trajectory: Trajectory, vehicle: str, wheels: tuple[str, ...], pai
         vehicle,
         wheels,
         pairs,
-        safety.verdict(climbs, t, trajectory[f"{vehicle}.{DISTANCE}"]),
+        _verdict(trajectory, vehicle, wheels, safety.verdict(climbs, t, trajectory[f"{vehicle}.{DISTANCE}"])),
         safety.worst({w: signal(w + COEFFICIENT) for w in wheels}, even, distance) if fine_enough else None,
         max(float(np.where(np.isnan(climb), np.inf, climb).max()) for climb in climbs.values()),
         extent(LATERAL),
         extent(YAW),
     )
+
+
+def _verdict(trajectory: Trajectory, vehicle: str, wheels: tuple[str, ...], climbed: safety.Verdict) -> safety.Verdict:
+    """The verdict with its cause, or with the track that it speaks of."""
+    lifted = causes.lifted(trajectory, vehicle, wheels)
+    found = lifted if lifted.derailed and not climbed.t <= lifted.t else climbed
+    if found.derailed:
+        return replace(found, cause=found.cause or causes.cause(trajectory, vehicle, wheels, found))
+    distance = trajectory[f"{vehicle}.{DISTANCE}"]
+    if f"{vehicle}.curvature" not in trajectory.names or not np.all(np.diff(distance) > 0.0):
+        return found
+    passed = track_sections.sections(distance, trajectory[f"{vehicle}.curvature"])
+    unfinished = "" if passed[-1].whole else passed[-1].words
+    return replace(found, through=track_sections.words(passed), unfinished=unfinished)

@@ -5,10 +5,12 @@ The entry point `railway` of the group `gyro_cosim.assessments` names RAILWAY; w
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..systems import System
 from ..trajectory import Trajectory
+from .acceptance import Acceptance, judge
 from .assessment import LATERAL, Assessment, assess, vehicles_in
 from .forms import CREEP_LAWS, creep_laws, with_creep_law
 
@@ -26,8 +28,8 @@ class Railway:
     key = "vehicles"
 
     def assess(self, trajectory: Trajectory) -> Sequence[Assessment]:
-        """One assessment for each vehicle."""
-        return assess(trajectory)
+        """One assessment for each vehicle, with its table by EN 14363."""
+        return [replace(found, acceptance=judge(trajectory, found)) for found in assess(trajectory)]
 
     def lines(self, finding: Assessment) -> list[str]:
         """Derailed or not, Y/Q, and how far each wheel pair has moved, in mm and mrad."""
@@ -41,7 +43,12 @@ class Railway:
         if worst is not None:
             limit = "above" if worst.exceeded else "within"
             coefficient = f"{worst.value:.3f} ({limit} its limit {worst.limit:g}), {worst.wheel}, s = {worst.distance:.1f} m"
-        return ["", f"{finding.vehicle} {finding.verdict.text}", f"largest Y/Q by EN 14363: {coefficient}", f"largest {motion}"]
+        lines = ["", f"{finding.vehicle} {finding.verdict.text}", f"largest Y/Q by EN 14363: {coefficient}", f"largest {motion}"]
+        return [*lines, *(finding.acceptance.lines if finding.acceptance else ())]
+
+    def table(self, finding: Assessment) -> Acceptance | None:
+        """The table by EN 14363 and EN 12299."""
+        return finding.acceptance
 
     def document(self, finding: Assessment) -> dict[str, Any]:
         """The same as JSON holds it, in SI."""
@@ -55,6 +62,8 @@ class Railway:
             else {"wheel": worst.wheel, "value": worst.value, "distance": worst.distance},
             "lateral": finding.lateral,
             "yaw": finding.yaw,
+            "cause": finding.verdict.cause,
+            "acceptance": None if finding.acceptance is None else finding.acceptance.document()["rows"],
         }
 
     def figure(self, finding: Assessment, trajectory: Trajectory, title: str) -> "Figure":
@@ -76,6 +85,8 @@ class Railway:
     def answers(self, finding: Assessment) -> dict[str, str]:
         """Yes or no; nothing of Y/Q where the filter of EN 14363 cannot be used."""
         made = {_derailed(finding.vehicle): "yes" if finding.verdict.derailed else "no"}
+        if finding.verdict.unfinished:
+            made = {}  # it may derail farther on
         if finding.worst is not None:
             made[_within(finding.vehicle)] = "no" if finding.worst.exceeded else "yes"
         return made

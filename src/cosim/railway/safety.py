@@ -153,19 +153,31 @@ class Verdict:
         Whether one did.
     wheel, t, distance
         The first one, when, s, and where, m; empty and NaN where none did.
+    cause
+        Why, in words; empty where it is not known.
+    through
+        What track was passed, in words: "through the curve of R = 50 m".
+    unfinished
+        The curve or transition that the run ends in, so that nobody knows whether the vehicle passes it; else empty.
     """
 
     derailed: bool
     wheel: str = ""
     t: float = math.nan
     distance: float = math.nan
+    cause: str = ""
+    through: str = ""
+    unfinished: str = ""
 
     @property
     def text(self) -> str:
         """One line for people."""
-        if not self.derailed:
-            return "passed: every wheel stayed on its rail"
-        return f"derailed: {self.wheel} at s = {self.distance:.2f} m, t = {self.t:.3f} s"
+        if self.derailed:
+            why = f", {self.cause}" if self.cause else ""
+            return f"derailed: {self.wheel} at s = {self.distance:.2f} m, t = {self.t:.3f} s{why}"
+        if self.unfinished:
+            return f"not decidable: every wheel stayed on its rail, but the run ends in the {self.unfinished}"
+        return "passed: every wheel stayed on its rail" + (f", {self.through}" if self.through else "")
 
 
 def verdict(climbs: Mapping[str, np.ndarray], t: np.ndarray, distance: np.ndarray) -> Verdict:
