@@ -1,4 +1,5 @@
-"""The C code of a component: CasADi's functions (FILES) and the tables that the core reads (model_data.h)."""
+"""The C code of a component: CasADi's functions (FILES), the tables that the core reads (model_data.h), and the arrays in which
+the functions look up numbers (model_tables.h), where they do."""
 
 import hashlib
 import re
@@ -124,6 +125,8 @@ def generate(table: Table, identifier: str, *, derivatives: bool = True) -> dict
         if others:
             files[file] += _by_casadi(table, identifier + file.removeprefix("model").removesuffix(".c"), others, work)
     apart = [n for file, names in FILES.items() if file != "model.c" for n in names if n in available and n not in EQUATIONS]
+    arrays = printing.arrays(f for f in available.values() if f.is_a("SXFunction"))
+    files |= {"model_tables.h": arrays} if arrays else {}
     return files | {"model_data.h": _data(table, identifier, work, available, [*twins, *apart])}
 
 

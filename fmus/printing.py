@@ -7,15 +7,15 @@ numbers, so both give the same bits. What is more than arithmetic is called by t
     int NAME(const real **arg, real **res, int *, real *, int)         as CasADi's own generator has it
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import casadi as ca
 
-from .graph import Graph, Operation, of_function
+from .graph import Graph, Operation, arrays_of, of_function
 from .parts import definition
 from .twins import schedule
 
-__all__ = ["UnknownOperationError", "file", "has_twins", "paired", "plain"]
+__all__ = ["UnknownOperationError", "arrays", "file", "has_twins", "paired", "plain"]
 
 WORTH = 0.4  # share of operations with a twin from which on paired code is faster
 SMALL = 200  # operations below which it is not
@@ -44,6 +44,10 @@ class UnknownOperationError(ValueError):
 def _expression(what: str, operation: Operation, operands: list[str]) -> str:
     if operation.name in INFIX:
         return INFIX[operation.name].format(*operands)
+    if operation.name == "entry":
+        return f"gc_entry({operation.array}, {operands[0]}, {operation.place[1]})"
+    if operation.name == "interval":
+        return f"gc_interval({operation.array}, {operation.array}_size, {operands[0]})"
     if operation.name in CALLED:
         return f"{CALLED[operation.name]}({', '.join(operands)})"
     raise UnknownOperationError(f"{what}: the operation {operation.name!r} has no C code here")
@@ -144,13 +148,24 @@ def file(functions: Mapping[str, ca.Function], *, prefix: str, side_by_side: boo
         See plain().
     """
     simple = '#include "mathematics.h"\n\n' + "\n".join(plain(name, f, prefix, apart=apart) for name, f in functions.items())
-    data = '#include "model_data.h"\n'
+    data = '#include "model_data.h"\n' + '#include "model_tables.h"\n' * any(map(arrays_of, functions.values()))
     if not side_by_side:
         return data + simple
     pairs = '#define LANES 2\n#include "mathematics.h"\n\n' + "\n".join(
         paired(n, f, prefix, apart=apart) for n, f in functions.items()
     )
     return f"{data}#if defined(__GNUC__) && !defined(LANES)\n{pairs}#else\n{simple}#endif\n"
+
+
+def arrays(functions: Iterable[ca.Function]) -> str:
+    """A C header with the arrays in which SX functions look up; empty where they do not."""
+    found = {name: numbers for function in functions for name, numbers in arrays_of(function).items()}
+    lines = ["#ifndef MODEL_TABLES_H", "#define MODEL_TABLES_H"]
+    for name, numbers in found.items():
+        lines += [f"#define {name}_size {numbers.size}", f"static const double {name}[] = {{"]
+        texts = list(map(repr, numbers.tolist()))
+        lines += [", ".join(texts[i : i + 6]) + "," for i in range(0, len(texts), 6)] + ["};"]
+    return "\n".join([*lines, "#endif", ""]) if found else ""
 
 
 class _Paired:

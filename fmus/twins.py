@@ -26,6 +26,8 @@ class Step(NamedTuple):
 def _shape_name(operation: Operation) -> str:
     if operation.name == "input":
         return f"input {operation.place[0]}"
+    if operation.array:
+        return f"{operation.name} {operation.place[1]} {operation.array}"
     return "add" if operation.name == "sub" else operation.name
 
 

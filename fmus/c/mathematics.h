@@ -8,7 +8,8 @@
    What an SX graph of CasADi can hold is complete but for erfinv, and for printme, which has no value of its own:
      + - * / and what is made of them (negation, square, twice, inverse, lift), lt le eq ne and or not, if_else_zero,
      floor ceil fabs sign copysign fmin fmax fmod remainder hypot sqrt pow (constpow) exp expm1 log log1p
-     sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf. */
+     sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh erf.
+   Of the functions that one can call, those by which component/tables.py looks up numbers. */
 
 #ifndef MATHEMATICS_H
 #define MATHEMATICS_H
@@ -18,6 +19,7 @@
 #include "exponentials.h"
 #include "real.h"
 #include "remainders.h"
+#include "tables.h"
 #include "trigonometry.h"
 
 #endif

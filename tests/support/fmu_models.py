@@ -11,6 +11,7 @@ import numpy as np
 from gyro_cosim.component import Component, build, input_, output, parameter, state
 from gyro_cosim.component.do_step import macro_step
 from gyro_cosim.component.integration import Progress, first_sample, input_at
+from gyro_cosim.component.tables import surface, table
 from gyro_cosim.slaves.machine_code import MachineCode
 
 
@@ -80,11 +81,32 @@ def autonomous(method: str = "rk4", internal_step: float = 1e-2) -> Component:
     )  # fmt: skip
 
 
+def tabled() -> Component:
+    """Tables of one variable and of two, with and without search: a body that rolls over hills through winds."""
+    x = np.linspace(0.0, 3.0, 13)
+    hills = table(x, np.column_stack([np.sin(2 * x), np.cos(3 * x)]), name="distance")
+    drag = table([0.0, 0.2, 0.7, 1.0, 3.0], [0.0, 0.1, 0.5, 0.6, 4.0], kind="monotone", ends="straight", name="speed")
+    wind = surface(x[::2], [-2.0, 0.0, 1.0, 4.0], np.random.default_rng(4).standard_normal((7, 4)))
+    return build(
+        name="tabled", variant="hills", description="A body on hills", equations="s'' = hill(s) - drag(s') + wind(s, u)",
+        internal_step=2e-3,
+        variables=[
+            state("s", "m", "distance", start=0.4, is_output=True), state("v", "m/s", "speed", start=0.5),
+            input_("u", "m/s", "weather"), output("height", "m", "of the hill"), parameter("d", 0.3, "1", "drag", source="test"),
+        ],
+        model=lambda s: (
+            {"s": s["v"], "v": hills(s["s"])[0] - s["d"] * drag(s["v"]) + wind(s["s"], s["u"])},
+            {"height": hills(s["s"])[1]},
+        ),
+    )  # fmt: skip
+
+
 COMPONENTS: dict[str, Callable[[], Component]] = {
     "gyro_unit:nonlinear": resolve_name("gyro_cosim.gyro_unit.nonlinear:nonlinear_small"),
     "vehicle:wheel_pair": resolve_name("gyro_cosim.vehicle.wheel_pair:small_wheel_pair"),
     "plain": plain, "rosenbrock": lambda: stiff("rosenbrock"), "radau": lambda: stiff("radau"),
     "sampled": sampled, "gain": gain, "autonomous": autonomous, "implicit growth": lambda: autonomous("radau", 1e-3),
+    "tabled": tabled,
 }  # fmt: skip
 
 
