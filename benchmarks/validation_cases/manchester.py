@@ -18,11 +18,12 @@ __all__ = ["at_rest", "modes"]
 FILE = str(files("gyro_cosim.vehicle").joinpath("library", "manchester_1.toml"))
 GRAVITY = 9.81
 BODY, FRAME, WHEELSET = 32000.0, 2615.0, 1813.0  # kg
-PITCH_INERTIA, SPIN_INERTIA = 1.97e6, 112.0  # kg m2, of the body and of a wheelset
-RADIUS = 0.46  # m
+PITCH_INERTIA, FRAME_PITCH_INERTIA, SPIN_INERTIA = 1.97e6, 1476.0, 112.0  # kg m2, of body, frame and wheelset
+RADIUS, HALF_BASE = 0.46, 1.28  # m
 UPPER = {"k": 4 * 430e3, "c": 4 * 20e3, "k_x": 4 * 160e3}  # N/m, N s/m: all secondary springs
-LOWER = {"k": 8 * 1220e3, "c": 8 * 4e3}  # all primary springs
+LOWER = {"k": 8 * 1220e3, "c": 8 * 4e3, "k_x": 8 * 31391e3, "c_x": 8 * 15e3}  # all primary springs
 ARM, LEVER = 9.5, 1.0  # m: half the distance of the bogies; of the body's centre over the secondary springs
+ABOVE, UNDER = 0.2, 0.14  # m: secondary and primary springs over and under a frame's centre
 
 
 @cache
@@ -58,14 +59,27 @@ def _bounce() -> np.ndarray:
 
 
 def _pitch() -> np.ndarray:
-    """Body pitching, frames up and down in turn, body fore and aft, and all that rolls under it."""
-    K, C = np.zeros((4, 4)), np.zeros((4, 4))
+    """Body pitching, frames up and down in turn, body, frames and wheelsets fore and aft, frames pitching alike.
+
+    Springs act along the axes of the upper body, and so do their preloads: its pitch turns them forward.
+    """
+    theta, w, x_b, chi, x_f, x_w = np.eye(6)
+    K, C = np.zeros((6, 6)), np.zeros((6, 6))
     for matrix, name in ((K, "k"), (C, "c")):
-        matrix[:2, :2] = [[UPPER[name] * ARM**2, -UPPER[name] * ARM], [-UPPER[name] * ARM, UPPER[name] + LOWER[name]]]
-    stretch = np.array([-LEVER, 0.0, 1.0, -1.0])  # of the secondary springs along the track
-    K += UPPER["k_x"] * np.outer(stretch, stretch)
-    rolling = 2 * FRAME + 4 * (WHEELSET + SPIN_INERTIA / RADIUS**2)
-    return _roots(np.diag([PITCH_INERTIA, 2 * FRAME, BODY, rolling]), K, C)
+        across = w + ARM * theta  # of the secondary springs, in turn
+        matrix += UPPER[name] * np.outer(across, across) + LOWER[name] * np.outer(w, w)
+        matrix += LOWER[name] * HALF_BASE**2 * np.outer(chi, chi)
+    layers = (
+        (x_b, theta, LEVER, x_f + ABOVE * chi, UPPER["k_x"], BODY),
+        (x_f, chi, UNDER, x_w, LOWER["k_x"], BODY + 2 * FRAME),
+    )
+    for place, angle, height, lower, stiffness, mass in layers:
+        stretch, preload = lower - place + height * angle, mass * GRAVITY
+        K += stiffness * np.outer(stretch, stretch) + preload * (np.outer(angle, stretch) + np.outer(lower - place, angle))
+    slip = x_w - x_f + UNDER * chi
+    C += LOWER["c_x"] * np.outer(slip, slip)
+    rolling = 4 * (WHEELSET + SPIN_INERTIA / RADIUS**2)
+    return _roots(np.diag([PITCH_INERTIA, 2 * FRAME, BODY, 2 * FRAME_PITCH_INERTIA, 2 * FRAME, rolling]), K, C)
 
 
 def modes() -> Table:
@@ -75,6 +89,8 @@ def modes() -> Table:
     for what, hand in (
         ("bounce of the body", bounce[0]),
         ("bounce of the frames", bounce[1]),
+        ("body fore and aft", pitch[0]),
+        ("pitch of the body", pitch[1]),
         ("frames up and down in turn", pitch[2]),
     ):
         ours = roots[np.abs(roots - hand).argmin()]
