@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies gallery torture fuzz wheel clean
+.PHONY: run test test-all check bench paper studies gallery torture fuzz powerloss wheel clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -45,6 +45,10 @@ torture: $(DEVELOP)
 fuzz: $(DEVELOP)
 	$(BIN)/python campaigns/fuzz.py --inputs 6500
 	$(BIN)/python campaigns/faces.py
+
+# Loss of power at every call that changes a file, some 20 minutes; see docs/reliability.md.
+powerloss: $(DEVELOP)
+	$(BIN)/python campaigns/powerloss.py
 
 paper: $(READY)
 	$(BIN)/cosim paper

@@ -17,6 +17,8 @@ from gyro_cosim.master import Run
 from gyro_cosim.master.checkpoint import Checkpoint, Resume
 from gyro_cosim.master.locking import in_use
 from gyro_cosim.master.recording import growing
+from gyro_cosim.trajectory import Origin
+from gyro_cosim.trajectory.origin import beside
 
 RUN = ("run", "wheel-pair", "--in-process", "--stop", "0.2")
 
@@ -53,6 +55,35 @@ def test_a_file_is_replaced_as_a_whole_or_stays(tmp_path: Path) -> None:
         assert beside == Path(os.devnull)
     with pytest.raises(OSError, match=r"b\.csv"), whole_file(tmp_path / "gone" / "b.csv"):
         pass
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks there")
+def test_what_a_killed_process_was_writing_goes_with_the_next(tmp_path: Path) -> None:
+    """Not so what a living one still writes, nor anything else that is called alike."""
+    file, others = tmp_path / "a.csv", {".a.cosim-12345678.mat", ".a.cosim-1234.csv", "a.cosim-12345678.csv", ".a.12345678.csv"}
+    for name in (*others, ".a.cosim-12345678.csv"):
+        (tmp_path / name).write_text("half")
+    with whole_file(file) as living, whole_file(file) as beside:
+        assert living.is_file()
+        beside.write_text("new")
+    assert {p.name for p in tmp_path.iterdir()} == {"a.csv", *others}
+
+
+def test_results_never_lie_beside_the_origin_of_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is cut off between the two files: the older origin goes first, and only once the new results are whole."""
+    file, done = tmp_path / "a.csv", run(0.1)
+    done.trajectory.save(file, Origin(("run", "x")))
+    assert beside(file).is_file()
+    place, seen = Path.replace, []
+
+    def replaced(self: Path, target: Path) -> Path:
+        seen.append((self.stat().st_size > 0, beside(file).exists()))
+        return place(self, target)
+
+    monkeypatch.setattr(Path, "replace", replaced)
+    done.trajectory.save(file, Origin(("run", "y")))
+    simulate(oscillators.pair(), step=0.01, stop=0.1, in_process=True, options=Options(record=Recording(stream=file)))
+    assert seen == [(True, False)] * 3
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
@@ -153,6 +184,20 @@ def test_a_finished_run_goes_on(streamed: bool, tmp_path: Path) -> None:
     assert np.array_equal(longer.trajectory.values, at_once.trajectory.values)
     if streamed:
         assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes()
+
+
+def test_a_run_does_not_go_on_into_the_rows_of_another(tmp_path: Path) -> None:
+    """A run that was killed has left rows of its own in the place of those that the checkpoint relies on."""
+    file, checkpoint = tmp_path / "r.csv", tmp_path / "c.npz"
+    run(0.4, record=Recording(stream=file), checkpoint=Checkpoint(checkpoint, every=0.2))
+    whole = file.read_bytes()
+    growing(file).write_bytes(whole.replace(b"0", b"1") * 2)
+    run(1.0, record=Recording(stream=file), resume=Resume(checkpoint))  # the rows are in the file itself, still
+    run(1.0, record=Recording(stream=tmp_path / "s.csv"))
+    assert file.read_bytes() == (tmp_path / "s.csv").read_bytes()
+    file.write_bytes(whole.replace(b"0", b"1"))
+    with pytest.raises(ValueError, match="must hold what was streamed before, it has been lost, cut off or exchanged"):
+        run(1.0, record=Recording(stream=file), resume=Resume(checkpoint))
 
 
 def test_a_checkpoint_beyond_the_end_or_between_two_points_is_refused(tmp_path: Path) -> None:

@@ -149,7 +149,7 @@ def test_a_resume_that_is_refused_leaves_the_results_as_they_are(tmp_path: Path)
     assert (tmp_path / "s.csv").read_bytes() == written
     (tmp_path / "s.csv").write_bytes(written[:100])
     with pytest.raises(
-        ValueError, match=r"results file '.*s\.csv' must hold what was streamed before, it has been lost or cut off"
+        ValueError, match=r"results file '.*s\.csv' must hold what was streamed before, it has been lost, cut off or exchanged"
     ):
         simulate(PAIR, step=1e-3, stop=1.0, options=resume)
     assert (tmp_path / "s.csv").read_bytes() == written[:100]

@@ -56,7 +56,7 @@ def test_a_sweep_that_is_stopped_goes_on_where_it_was(tmp_path: Path, how: signa
     assert ("the same command goes on from here" in out) == (how == signal.SIGINT)
     if how == signal.SIGKILL:
         with journal_of(file).open("ab") as journal:
-            journal.write(b'["torn')  # as a crash of the machine may leave it
+            journal.write(b'["spoilt", \0\0\0]\n["torn')  # as a crash of the machine may leave it
     kept = load(file)
     assert 3 <= len(kept) < 150
     what = Sweep(system("wheel-pair"), MANY, stop=10.0)

@@ -12,7 +12,6 @@ from .. import trajectory
 from ..master import Run
 from ..master.recording import IN_MEMORY, Recording
 from ..trajectory import Origin, Trajectory
-from ..trajectory.origin import beside
 from . import drawing
 from .assessments import Assessed, drawn, figure, lines, tables
 from .common import plain, progress, writable
@@ -91,7 +90,6 @@ class Files:
                     raise ValueError(f"{rule}, got {str(file)!r} besides (--record-every N keeps fewer)")
         if not streams or first is None:
             return Recording(tuple(select), every)
-        beside(self._places[first]).unlink(missing_ok=True)  # of older results, should these be cut off
         return Recording(tuple(select), every, self._places[first])
 
     def write(self, run: Run, found: Sequence[Assessed], streamed: Path | None) -> list[Path]:

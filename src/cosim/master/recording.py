@@ -1,19 +1,21 @@
 """What a run keeps: which signals, every how many steps, in memory or streamed to a file."""
 
+import hashlib
 import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
-from gyro_cosim.component.whole_files import moved_in
+from gyro_cosim.component.whole_files import folder_to_disk, moved_in
 
 from ..errors import unknown
 from ..network import Network
 from ..trajectory import Trajectory, csv_header, csv_rows, matching
+from ..trajectory.origin import beside
 
 GROWTH = 4_000_000  # rows that memory is taken for at once; it is touched only as they come
 IN_MEMORY = 20_000_000  # numbers; a run that streams to a file keeps at most this many, every so many rows, as an overview
@@ -76,12 +78,14 @@ class Recorder:
         self._last: tuple[float, np.ndarray] | None = None  # the newest row, where it was not recorded
         self._newest: tuple[np.ndarray, np.ndarray] | None = None  # the newest row that was recorded
         self._file: IO[bytes] | None = None
+        self._digest = hashlib.sha256()  # of what was written to it
 
     def begin(self) -> None:
         """Open the file that the rows go to, where they go to one, and write its first line."""
         if self._what.stream is not None:
             self._file = growing(self._what.stream).open("wb")
-            self._file.write(csv_header(self.names))
+            folder_to_disk(self._what.stream.parent)  # checkpoints, which rely on this file, may lie elsewhere
+            self._append(csv_header(self.names))
 
     def add(self, k: int, t: np.ndarray, Y: np.ndarray) -> None:
         """Rows k, k + 1, ... of the run: times t (s), shape (n,), outputs Y, shape (n, n_Y)."""
@@ -104,8 +108,13 @@ class Recorder:
 
     def _write(self, t: np.ndarray, rows: np.ndarray) -> None:
         if self._file is not None:
+            self._append(csv_rows(t, rows))
+
+    def _append(self, data: bytes) -> None:
+        if self._file is not None:
+            self._digest.update(data)
             try:
-                self._file.write(csv_rows(t, rows))
+                self._file.write(data)
             except OSError as error:  # a full disk: what is there is whole up to here
                 raise OSError(error.errno, error.strerror, self._file.name) from error
 
@@ -126,7 +135,7 @@ class Recorder:
             self._last = None
         if self._file is not None and self._what.stream is not None:
             self._file.close()
-            moved_in(growing(self._what.stream), self._what.stream)
+            moved_in(growing(self._what.stream), self._what.stream, beside(self._what.stream))
         memory = self._memory()
         t, values = memory["t"], memory["values"]
         if self._newest is not None and (not t.size or t[-1] != self._newest[0][0]):  # an overview ends where the run does
@@ -138,7 +147,8 @@ class Recorder:
         if self._file is not None:
             self._file.flush()
             os.fsync(self._file.fileno())  # the checkpoint relies on these rows
-            return {"position": np.array(self._file.tell()), "kept": np.array(self._kept), **self._memory()}
+            digest = np.frombuffer(self._digest.digest(), dtype=np.uint8)
+            return {"position": np.array(self._file.tell()), "digest": digest, "kept": np.array(self._kept), **self._memory()}
         return {"kept": np.array(self._kept), **self._memory()}
 
     def _memory(self) -> dict[str, np.ndarray]:
@@ -153,7 +163,7 @@ class Recorder:
             self.begin()
             self._write(state["t"], state["values"])
         else:
-            self._file = _continued(file, position)
+            self._file, self._digest = _continued(file, position, state["digest"].tobytes() if "digest" in state else None)
         self._filled, self._kept = 0, int(state["kept"])
         self._store(state["t"], state["values"])
 
@@ -163,19 +173,38 @@ def growing(file: Path) -> Path:
     return file.with_name(f"{file.name}.part")
 
 
-def _continued(file: Path, position: int) -> IO[bytes]:
-    """What was streamed before, cut off after `position` bytes, open for more; `file` itself stays until the run is over."""
+def _continued(file: Path, position: int, digest: bytes | None) -> tuple[IO[bytes], Any]:
+    """What was streamed before, cut off after `position` bytes, open for more; `file` itself stays until the run is over.
+
+    digest : of these bytes, None from older checkpoints; what it has come to is returned, too.
+    """
     part = growing(file)
-    held = next((f for f in (part, file) if f.is_file() and f.stat().st_size >= position), None)
-    if held is None:
-        raise ValueError(f"results file {str(file)!r} must hold what was streamed before, it has been lost or cut off")
+    for held in (part, file):
+        so_far = _digest(held, position)
+        if so_far is not None and digest in (None, so_far.digest()):
+            break
+    else:
+        raise ValueError(f"results file {str(file)!r} must hold what was streamed before, it has been lost, cut off or exchanged")
     if held is file:  # the run was over, and goes on further than it was to go
         with file.open("rb") as source, part.open("wb") as target:
             shutil.copyfileobj(source, target)
+        folder_to_disk(part.parent)
     stream = part.open("r+b")
     stream.truncate(position)
     stream.seek(position)
-    return stream
+    return stream, so_far
+
+
+def _digest(file: Path, position: int) -> Any:
+    """The digest of the first `position` bytes of a file, to be updated; None where there are none."""
+    if not file.is_file() or file.stat().st_size < position:
+        return None
+    digest = hashlib.sha256()
+    with file.open("rb") as source:
+        while position and (data := source.read(min(position, 1 << 20))):
+            digest.update(data)
+            position -= len(data)
+    return digest
 
 
 def _selected(patterns: Sequence[str], names: Sequence[str]) -> np.ndarray:

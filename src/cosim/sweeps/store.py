@@ -1,16 +1,20 @@
 """The file of a sweep: one row a run, kept column by column, and a journal beside it while the sweep goes on.
 
-Rows are appended to FILE.journal, one JSON array a line, as they come; a line that was cut off by a crash or a full disk is
-dropped. When the sweep ends, or is interrupted, all rows go into FILE at once, under another name first, and the journal
-goes. So FILE is whole or absent, and what a killed sweep had finished is in the journal, where the next start finds it.
+Rows are appended to FILE.journal, one JSON array a line, as they come, and forced to the disk every SYNCED seconds. A line
+that was cut off or spoilt by a crash, a full disk or a loss of power is dropped with all after it. When the sweep ends, or is
+interrupted, all rows go into FILE at once, under another name first, and the journal goes. So FILE is whole or absent, and what
+a killed sweep had finished is in the journal, where the next start finds it.
 """
 
 import contextlib
 import json
 import os
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from gyro_cosim.component.whole_files import folder_to_disk
 
 from .runner import Row
 from .table import MARK, VERSION, Table, check_format, read, write
@@ -20,6 +24,7 @@ try:
 except ImportError:  # not a POSIX system: two sweeps into one file at once go unnoticed there
     fcntl = None  # type: ignore[assignment]
 
+SYNCED = 1.0  # s
 EXTENSIBLE = {"axes", "samples", "seed", "variants", "cases"}  # in what an extended sweep may differ from the one before
 
 
@@ -40,6 +45,7 @@ class Store:
         self.done: set[str] = set()
         self._good = 0  # length of the journal up to its last whole line
         self._rows = 0  # in the journal
+        self._synced = time.monotonic()
         if file.exists():
             kept = read(file)
             self._check(kept.head, file, extend)
@@ -61,6 +67,9 @@ class Store:
         self._write("".join(_json(row) + "\n" for row in rows))
         self.done.update(row[0] for row in rows)
         self._rows += len(rows)
+        if time.monotonic() - self._synced > SYNCED:
+            os.fsync(self._journal)
+            self._synced = time.monotonic()
 
     def close(self, *, finish: bool = True) -> None:
         """Put the rows into the file, unless `finish` is off: then they wait in the journal. Either way, let go of it."""
@@ -84,7 +93,7 @@ class Store:
     def _take_up(self, extend: bool) -> None:
         """Read the journal that a stopped sweep has left, cut off what is not whole; or begin one."""
         data = self._path.read_bytes()
-        self._good = data.rfind(b"\n") + 1
+        self._good = len(_whole_lines(data))
         if self._good:
             head, rows = _parsed(data[: self._good], self._path)
             self._check(head, self._path, extend)
@@ -97,6 +106,8 @@ class Store:
         else:
             os.ftruncate(self._journal, 0)
             self._write(_json(self._head) + "\n")
+            os.fsync(self._journal)
+            folder_to_disk(self._path.parent)
 
     def _check(self, head: Mapping[str, Any], where: Path, extend: bool) -> None:
         """Refuse a file of another sweep, and say in what it differs."""
@@ -160,11 +171,16 @@ def load(file: Path) -> Table:
     journal = journal_of(file)
     if journal.exists():
         data = journal.read_bytes()
-        head, rows = _parsed(data[: data.rfind(b"\n") + 1], journal)
+        head, rows = _parsed(_whole_lines(data), journal)
         tables.append(Table.of_rows(head, rows))
     if not tables:
         raise ValueError(f"sweep file {str(file)!r} must exist")
     return Table.joined(tables)
+
+
+def _whole_lines(data: bytes) -> bytes:
+    """The lines up to the first that a crash or a loss of power has cut off or spoilt: no line of JSON holds a zero byte."""
+    return data[: data.rfind(b"\n", 0, data.find(b"\0") if b"\0" in data else len(data)) + 1]
 
 
 def _parsed(data: bytes, where: Path) -> tuple[dict[str, Any], list[Row]]:

@@ -6,13 +6,14 @@ The head of a table is a dict with MARK, columns, text (the columns that hold te
 
 import csv
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from gyro_cosim.component.whole_files import whole_file
 
 from ..systems import archive
 
@@ -83,19 +84,13 @@ def check_format(file: Path) -> None:
 
 def write(table: Table, file: Path) -> None:
     """Write the file under another name and give it its own at the end: it is whole or not there."""
-    scratch = file.with_name(f".{file.name}.{os.getpid()}.part")
-    try:
+    with whole_file(file) as beside:
         if file.suffix == ".npz":
-            _write_npz(table, scratch)
+            _write_npz(table, beside)
         elif file.suffix == ".csv":
-            _write_csv(table, scratch)
+            _write_csv(table, beside)
         else:
-            _write_parquet(table, scratch)
-        scratch.replace(file)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(file)) from None
-    finally:
-        scratch.unlink(missing_ok=True)
+            _write_parquet(table, beside)
 
 
 def is_sweep(file: Path) -> bool:
@@ -124,7 +119,6 @@ def read(file: Path) -> Table:
 def _write_npz(table: Table, file: Path) -> None:
     with file.open("wb") as stream:
         np.savez_compressed(stream, allow_pickle=False, head=np.array(json.dumps(table.head)), **table.values)
-        _to_disk(stream.fileno())
 
 
 def _read_npz(file: Path) -> Table:
@@ -139,8 +133,6 @@ def _write_csv(table: Table, file: Path) -> None:
         writer = csv.writer(stream)
         writer.writerow(table.values)
         writer.writerows(zip(*(column.tolist() for column in table.values.values()), strict=True))
-        stream.flush()
-        _to_disk(stream.fileno())
 
 
 def _read_csv(file: Path) -> Table:
@@ -172,7 +164,3 @@ def _read_parquet(file: Path) -> Table:
     head = json.loads(stored.schema.metadata[MARK.encode()])
     values = {n: np.array(stored[n].to_pylist(), dtype=str if n in head["text"] else float) for n in head["columns"]}
     return Table(head, values)
-
-
-def _to_disk(stream: int) -> None:
-    os.fsync(stream)

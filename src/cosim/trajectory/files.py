@@ -31,9 +31,9 @@ def save(trajectory: Trajectory, file: Path, origin: Origin | None = None) -> No
     """See Trajectory.save."""
     check_format(file)
     if file.suffix == ".csv":
-        _whole(file, lambda place: write_csv(trajectory, place))
+        _whole(file, lambda place: write_csv(trajectory, place), beside(file))
     elif file.suffix == ".mat":
-        _whole(file, lambda place: write_mat(trajectory, place))
+        _whole(file, lambda place: write_mat(trajectory, place), beside(file))
     elif file.suffix == ".parquet":
         _whole(file, lambda place: write_parquet(trajectory, place, origin))
     else:
@@ -52,9 +52,9 @@ def tell_origin(file: Path, trajectory: Trajectory, origin: Origin | None) -> No
     _whole(beside(file), lambda place: place.write_text(text, encoding="utf-8"))
 
 
-def _whole(file: Path, write: Callable[[Path], object]) -> None:
-    """Write a file under another name, and give it its own once it is on the disk."""
-    with whole_file(file) as place:
+def _whole(file: Path, write: Callable[[Path], object], outdated: Path | None = None) -> None:
+    """Write a file under another name, and give it its own once it is on the disk; `outdated`, which tells of the older, goes."""
+    with whole_file(file, outdated) as place:
         write(place)
 
 
