@@ -4,9 +4,9 @@
     h01 = t^2 (3 - 2 t),   h10 = t (1 - t)^2,   h11 = t^2 (t - 1)                                  Hermite's cubics
     f(x) = f_i + t (f_i+1 - f_i)                                                                                       (2)
 
-in two variables the tensor product of (1). The kinds differ in the slopes s_i of (1): those of the cubic spline through the
-points (smooth to the second derivative), or Fritsch and Carlson's (to the first derivative, and between two points never
-beyond both). The third is (2). Beyond its ends a table goes on as a constant, straight, or in a period.
+in two variables the tensor product of (1), or of (2). The kinds differ in the slopes s_i of (1): those of the cubic spline
+through the points (smooth to the second derivative), or Fritsch and Carlson's (to the first derivative, and between two points
+never beyond both). The third is (2). Beyond its ends a table goes on as a constant, straight, or in a period.
 
 A graph of CasADi holds a table by two functions that are constant piece by piece, so that their derivatives are 0 and those
 of (1) follow by themselves: the interval in which x lies, and entries of an array. The exporter prints them as calls of
@@ -100,7 +100,8 @@ def surface(
     values : array, shape (n, m) or (n, m, quantities)
         Of each quantity at each x and y.
     kind : str
-        "spline", which needs 4 points each way, or "monotone", which is so along the lines through its points.
+        "spline", which needs 4 points each way; "monotone", which is so along the lines through its points; or "linear" both
+        ways, which has no derivative there.
     names : pair of str
         What x and y are called in messages.
 
@@ -115,14 +116,14 @@ def surface(
         As for table().
     """
     over = f"table over {names[0]} and {names[1]}"
-    if kind == "linear":
-        raise ValueError(f"{over}: kind must be 'spline' or 'monotone', got {kind!r}")
     p, q, f = _points(x, kind, names[0]), _points(y, kind, names[1]), np.array(values, float)
     f = f[:, :, np.newaxis] if f.ndim == 2 else f
     _check(f, 3, (p.size, q.size), over)
+    first, second, n, m = _Axis(p, "constant"), _Axis(q, "constant"), f.shape[2], q.size
+    if kind == "linear":
+        return _bilinear(first, second, f)
     along_x = _slopes(p, f, kind)
     along_y, mixed = (np.moveaxis(_slopes(q, np.moveaxis(g, 1, 0), kind), 0, 1) for g in (f, along_x))
-    first, second, n, m = _Axis(p, "constant"), _Axis(q, "constant"), f.shape[2], q.size
     read = _entries(np.stack([f, along_x, along_y, mixed], axis=3), 8 * n)
 
     def at(place_x: Any, place_y: Any) -> ca.SX:
@@ -134,6 +135,21 @@ def surface(
             near, far = ([e[4 * n * side + quantity : 4 * n * (side + 1) : 4] for quantity in range(4)] for side in (0, 1))
             rows += [_hermite(u, h, near[d], near[d + 2], far[d], far[d + 2]) for d in (0, 1)]
         return _hermite(t, w, *rows)
+
+    return at
+
+
+def _bilinear(first: "_Axis", second: "_Axis", f: np.ndarray) -> Interpolated:
+    """Over both variables, straight between the points."""
+    m, n = f.shape[1:]
+    read = _entries(f, 2 * n)
+
+    def at(place_x: Any, place_y: Any) -> ca.SX:
+        i, t, _, _ = first.interval(ca.SX(place_x))
+        j, u, _, _ = second.interval(ca.SX(place_y))
+        rows = [ca.vertcat(*read.call([((i + k) * m + j) * n])) for k in (0, 1)]
+        near, far = (row[:n] + u * (row[n:] - row[:n]) for row in rows)
+        return near + t * (far - near)
 
     return at
 

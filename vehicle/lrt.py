@@ -71,7 +71,7 @@ def motion(s: Mapping[str, ca.SX], design: Design) -> Motion:
     """
     track = Alignment.of(s, design.knots)
     m, height = car_body.masses(s)
-    rest = rest_state(s, wheel_load(s), design.law, design.grid)
+    rest = rest_state(s, wheel_load(s), design.law, design.pairing.standing(s, design.grid))
     body = body_state(s, "body", 0, height)
     under = track.at(body.s)
     turn = under.turn_rate()
@@ -179,7 +179,8 @@ def vehicle(variant: str, description: str, design: Design, starts: Mapping[str,
         return dict(zip(rates, values[:n], strict=True)), dict(zip(outputs, values[n:], strict=True))
 
     def longest_step(s: dict[str, ca.SX]) -> Any:
-        return wheel_frame.longest_step(s, wheel_load(s), *frame_mass(s), s["speed"] + s["body_speed_deviation"])
+        tread = design.pairing.standing(s, design.grid)
+        return wheel_frame.longest_step(s, tread, wheel_load(s), *frame_mass(s), s["speed"] + s["body_speed_deviation"])
 
     bonds = tuple(Bond(end, axis, f"{end}_{axis}_rate", f"{end}_{axis}_moment", f"inner_gimbal_i{about}{about}")
                   for end in ENDS for axis, about in (("yaw", "z"), ("roll", "x"), ("pitch", "y")))  # fmt: skip
@@ -200,7 +201,14 @@ def _scene(rows: Sequence[Variable], design: Design) -> dict[str, Any]:
         along = f"{end}_distance"
         bodies.append(
             scene.frame(
-                end, f"{end}_", offset, names, values, along=along, solid=design.solid_axles, outside=design.flange_side > 0
+                end,
+                f"{end}_",
+                offset,
+                names,
+                values,
+                along=along,
+                solid=design.solid_axles,
+                outside=design.pairing.flange_side > 0,
             )
         )
         forces += scene.wheel_forces(end, f"{end}_", names, values)
@@ -208,7 +216,7 @@ def _scene(rows: Sequence[Variable], design: Design) -> dict[str, Any]:
         mounts.append({"name": end, "body": end, "at": [0.0, 0.0, 0.05], "size": 1.15, "signals": signals})
     track = {"distance": "body_distance", "curvature": "curvature", "half_gauge": values["contact_half_distance"]}
     prefer = [f"front_{name}" for name in ("lateral_displacement", "yaw_angle", "guiding_force")]
-    profiles = scene.sections(values, design.flange_side)
+    profiles = scene.sections(values, design.pairing.flange_side)
     return scene.of_vehicle(bodies, forces, mounts, track, prefer=prefer, profiles=profiles)
 
 

@@ -133,10 +133,15 @@ def _hertz_over_model(ratio: float) -> tuple[float, float, float]:
 
 def _sunk(half: np.ndarray, s: np.ndarray, ds: float) -> float:
     """int int sqrt(x_l^2 - x^2) / rho over the strips, over ds."""
-    nodes, weights = np.polynomial.legendre.leggauss(24)
+    nodes, weights = _nodes()
     x = half[:, None] * np.sin(pi / 4 * (nodes + 1))[None, :]  # x from 0 to x_l, dense at the edge
     dx = half[:, None] * (pi / 4 * weights * np.cos(pi / 4 * (nodes + 1)))[None, :]
     return float(2 * np.sum(dx * np.sqrt(np.maximum(half[:, None] ** 2 - x**2, 0.0)) * _inverse_distance(x, s[:, None], ds)))
+
+
+@cache
+def _nodes() -> tuple[np.ndarray, np.ndarray]:
+    return np.polynomial.legendre.leggauss(24)
 
 
 def _inverse_distance(x: np.ndarray, s: np.ndarray, ds: float) -> np.ndarray:

@@ -14,6 +14,7 @@ from . import wheel_frame
 from .alignment import CAPACITY, Alignment, TrackPoint
 from .irregularity import unevenness
 from .lrt_signals import PLACE
+from .pairing import NTCIRW_WHEELS, Pairing
 from .rotation import column
 from .suspension import Support, support
 from .trim import Trim
@@ -34,8 +35,8 @@ class Design:
         Creep law of the treads, a key of `vehicle.creep_laws.LAWS`.
     solid_axles : bool
         Whether both wheels of an axle turn together.
-    flange_side : int
-        1: flanges outside the rails (NTCIRW), -1: inside.
+    pairing : Pairing
+        Kind of wheels and rails.
     grid : int
         Number of FASTSIM's strips, and of cells in a strip.
     knots : int
@@ -46,7 +47,7 @@ class Design:
 
     law: str = "polach"
     solid_axles: bool = False
-    flange_side: int = 1
+    pairing: Pairing = NTCIRW_WHEELS
     grid: int = 7
     knots: int = CAPACITY
     harmonics: int = 0
@@ -125,7 +126,7 @@ def end_of(s: Mapping[str, ca.SX], design: Design, track: Alignment, carried: Ca
     seen = track.between(body.s, carried.under, frame.s, under)
     springs = support(body, frame, *seen, offset, bogie_angle, bogie_rate, (carried.height, rest.axle_height), s)
     wheels = wheel_frame.rolling(
-        frame, turn, unevenness(frame.s, s, design.harmonics), s, design.law, design.flange_side, design.grid
+        frame, turn, unevenness(frame.s, s, design.harmonics), s, design.law, design.pairing, design.grid
     )
     gyro = column(*(s[f"{end}_{axis}_moment"] for axis in ("roll", "pitch", "yaw")))
     weight = -m * s["gravity"] * under.up()
@@ -141,7 +142,8 @@ def end_of(s: Mapping[str, ca.SX], design: Design, track: Alignment, carried: Ca
 
     outputs: dict[str, Any] = {f"{end}_guiding_force": wheels.force[1]}
     for (side, sign), W_side in zip(SIDES.items(), W, strict=True):
-        rows = report(*wheels.touches[side], design.flange_side * sign, s)
+        climb = design.pairing.climb(wheels.touches[side][1], side, s)
+        rows = report(*wheels.touches[side], design.pairing.flange_side * sign, climb)
         outputs |= {f"{end}_{side}_{name}": value for name, value in rows.items()} | {f"{end}_{side}_spin": W_side}
     inertias = (m, column(*J), s["wheel_spin_inertia"])
     account = _account(frame, wheels, springs, inertias)

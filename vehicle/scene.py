@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from gyro_cosim.component.scene import FORMAT
 
-from .profiles import Profile, conventional_wheel, ntcirw_wheel, rail_head
+from .profiles import conventional_wheel, ntcirw_wheel, rail_head
 
-__all__ = ["frame", "moved", "of_vehicle", "sections", "wheel_forces"]
+__all__ = ["frame", "laid", "moved", "of_vehicle", "sections", "wheel_forces"]
 
 MOTIONS = {"lateral": "lateral_displacement", "vertical": "vertical_displacement",
            "yaw": "yaw_angle", "roll": "roll_angle", "pitch": "pitch_angle"}  # fmt: skip
@@ -81,13 +83,19 @@ def sections(values: Mapping[str, float], flange_side: int) -> dict[str, Any]:
             wheel = conventional_wheel(g0, clearance, angle)
     except ValueError:  # the equations of the contact know no such limit
         return {}
-    return {"wheel": _points(wheel), "rail": _points(rail_head())}
+    head = rail_head()
+    return laid((wheel.y, wheel.z), (head.y, head.z))
 
 
-def _points(profile: Profile) -> list[list[float]]:
-    inside = [k for k in range(profile.y.size) if abs(profile.y[k]) <= REACH]
-    chosen = inside[:: max(1, len(inside) // POINTS)]
-    return [[round(float(profile.y[k]), 6), round(float(profile.z[k]), 6)] for k in chosen]
+def laid(wheel: tuple[np.ndarray, np.ndarray], rail: tuple[np.ndarray, np.ndarray]) -> dict[str, Any]:
+    """Sections by their points: across, outwards, and up from the running line at rest (m)."""
+    return {"wheel": _points(*wheel), "rail": _points(*rail)}
+
+
+def _points(y: np.ndarray, z: np.ndarray) -> list[list[float]]:
+    inside = np.flatnonzero(np.abs(y) <= REACH)
+    chosen = inside[:: max(1, inside.size // POINTS)]
+    return [[round(float(y[k]), 6), round(float(z[k]), 6)] for k in chosen]
 
 
 def of_vehicle(

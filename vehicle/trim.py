@@ -1,8 +1,8 @@
 """The rest state on straight level track: how deep a tread is pressed in, how fast a wheel turns, what drag is left.
 
 By symmetry one wheel decides: its load P must be carried and its axle free of torque. With s, c the sine and cosine of the
-tread's contact angle, H = r0 - delta / c the height of the axle over the rail, and forces by the creep law at the creepages
-xi (unknown), 0 and (v - xi v) s / (H v) = (1 - xi) s / H, which the conical tread cannot avoid (spin creep),
+tread's contact angle, H the height of the axle over the contact (r0 - delta / c of a cone), and forces by the creep law at
+the creepages xi (unknown), 0 and (v - xi v) s / (H v) = (1 - xi) s / H, which the conical tread cannot avoid (spin creep),
 
     N(delta) c - F2 s = P,       -H F1 + Mz s = 0
 
@@ -19,7 +19,7 @@ import casadi as ca
 
 from .creep_laws import LAWS
 from .friction import falling, slip_speed
-from .wheel_rail import hertz_stiffness, tread_press
+from .pairing import Standing
 
 __all__ = ["Trim", "rest_state"]
 
@@ -49,7 +49,7 @@ class Trim:
     spin_per_speed: Any
 
 
-def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> Trim:
+def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, tread: Standing) -> Trim:
     """Set up the rest state.
 
     Parameters
@@ -60,31 +60,30 @@ def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> 
         P, static load of the wheel (N).
     law : str
         Creep law, a key of `vehicle.creep_laws.LAWS`.
-    grid : int
-        FASTSIM's strips and cells.
+    tread : Standing
+        How the wheel stands.
 
     Returns
     -------
     Trim
         The state as a formula in the parameters.
     """
-    slope = s["conicity"]
+    slope = tread.slope
     cosine = 1 / ca.sqrt(1 + slope * slope)
     sine = slope * cosine
-    press = tread_press(s, grid)
 
     z = ca.SX.sym("z", 2)
-    guess = (wheel_load / cosine / hertz_stiffness(s)[0]) ** (2 / 3)
+    guess = (wheel_load / cosine / tread.stiffness) ** (2 / 3)
 
-    def forces(at: ca.SX, by: str) -> tuple[Any, Any, Any, Any, Any, Any]:
+    def forces(at: ca.SX, by: str) -> tuple[Any, ...]:
         delta, xi = guess * at[0], 1e-3 * at[1]  # both unknowns of order one
-        N, patch = press(delta, 0)
-        H = s["rolling_radius"] - delta / cosine
+        N, patch = tread.press(delta, 0)
+        height, H = tread.heights(delta, cosine)
         patch = replace(patch, mu=falling(s, patch.mu)(slip_speed(s["speed"], xi, ca.SX(0))))
-        return N, *LAWS[by](xi, ca.SX(0), (1 - xi) * sine / H, patch), H, xi
+        return N, *LAWS[by](xi, ca.SX(0), (1 - xi) * sine / H, patch), height, H, xi
 
     def residual(at: ca.SX, by: str) -> ca.SX:
-        N, F1, F2, Mz, H, _ = forces(at, by)
+        N, F1, F2, Mz, _, H, _ = forces(at, by)
         return ca.vertcat((N * cosine - F2 * sine) / wheel_load - 1, (Mz * sine - H * F1) / (wheel_load * H))
 
     jacobian = ca.jacobian(residual(z, MATRIX_FROM.get(law, law)), z)
@@ -93,5 +92,5 @@ def rest_state(s: Mapping[str, ca.SX], wheel_load: Any, law: str, grid: int) -> 
         J, r = ca.substitute(jacobian, z, at), residual(at, law)
         determinant = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
         at -= ca.vertcat(J[1, 1] * r[0] - J[0, 1] * r[1], J[0, 0] * r[1] - J[1, 0] * r[0]) / determinant
-    _, F1, _, _, H, xi = forces(at, law)
-    return Trim(H, xi, -F1, (1 - xi) / H)
+    _, F1, _, _, height, H, xi = forces(at, law)
+    return Trim(height, xi, -F1, (1 - xi) / H)

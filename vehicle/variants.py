@@ -3,6 +3,7 @@
 from gyro_cosim.component import Component
 
 from .lrt import INTERNAL_STEP, vehicle
+from .pairing import Conical
 from .parameter_sets import parameter_set
 from .running_gear import Design
 
@@ -68,5 +69,5 @@ def lrt_solid_axle() -> Component:
     Component
         The component `vehicle:lrt_solid_axle`.
     """
-    design = Design(solid_axles=True, flange_side=-1)
+    design = Design(solid_axles=True, pairing=Conical(-1))
     return vehicle("lrt_solid_axle", "Light-rail vehicle with conventional wheelsets", design, CONVENTIONAL, INTERNAL_STEP)

@@ -16,14 +16,16 @@ drive force at the axle, and what the caller adds: suspension and gyro.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
 
 from . import friction
 from .irregularity import Unevenness
+from .pairing import Pairing, Side, Standing
 from .rotation import angle_rates, attitude, column, cross, dot
-from .wheel_rail import SLOWEST, Touch, Wheel, hertz_stiffness, shear_modulus, wheel_on_rail
+from .wheel_rail import SLOWEST, Touch, Wheel, shear_modulus
 
 __all__ = ["SIDES", "FrameState", "Rolling", "accelerations", "longest_step", "place_rates", "rail_line", "rolling"]
 
@@ -109,7 +111,7 @@ class Rolling:
 
 
 def rolling(
-    at: FrameState, turn: ca.SX, rough: Unevenness, s: Mapping[str, ca.SX], law: str, flange_side: int, grid: int
+    at: FrameState, turn: ca.SX, rough: Unevenness, s: Mapping[str, ca.SX], law: str, pairing: Pairing, grid: int
 ) -> Rolling:
     """Set up the contact forces on both wheels.
 
@@ -125,8 +127,8 @@ def rolling(
         A component's symbols by name.
     law : str
         Creep law of the treads.
-    flange_side : int
-        1: flanges outside the rails, -1: inside.
+    pairing : Pairing
+        Kind of wheels and rails.
     grid : int
         FASTSIM's strips and cells.
 
@@ -142,14 +144,10 @@ def rolling(
     speed = ca.fmax(at.v[0], SLOWEST)
     force, moment, axle_moments, touches = ca.SX.zeros(3), ca.SX.zeros(3), [], {}
     for (name, side), W in zip(SIDES.items(), at.W, strict=True):
-        towards_flange = flange_side * side
+        towards_flange = pairing.flange_side * side
         centre = origin + side * b * e_y
         wheel = Wheel(centre, towards_flange * e_y, origin, at.v, spin_free + W * e_y, speed, friction.under(s, name, at.s))
-        ahead = -side * b * ca.sin(at.psi)  # of the wheel's centre; the flange touches further on
-        on_flange = ahead - towards_flange * s["rolling_radius"] * ca.tan(s["flange_angle"]) * ca.sin(at.psi)
-        running = rail_line(turn, rough, side, side * b, 0, ahead)
-        corner = rail_line(turn, rough, side, side * b + towards_flange * s["corner_offset"], -s["corner_depth"], on_flange)
-        pair = wheel_on_rail(wheel, running, corner, s, law, grid)
+        pair = pairing.touches(wheel, Side(name, side, at.psi, partial(rail_line, turn, rough, side)), s, law, grid)
         touches[name] = pair
         here = pair[0].moment + pair[1].moment
         axle_moments.append(here[0] * e_y[0] + here[1] * e_y[1] + here[2] * e_y[2])
@@ -193,7 +191,7 @@ def accelerations(
     return v_dot, omega_dot, (axle_moments[0] / I_y, axle_moments[1] / I_y)
 
 
-def longest_step(s: Mapping[str, ca.SX], wheel_load: Any, m: Any, J: tuple[Any, Any, Any], speed: Any) -> Any:
+def longest_step(s: Mapping[str, ca.SX], tread: Standing, wheel_load: Any, m: Any, J: tuple[Any, Any, Any], speed: Any) -> Any:
     """Longest explicit Runge-Kutta step (s): creep damps the slip of a light wheel ever faster at low speed.
 
     Slip along the rail decays with f11 / v (r0^2 / I_y + the frame's share, at most 2 b^2 / J_z or 2 / m), slip across it with
@@ -205,12 +203,13 @@ def longest_step(s: Mapping[str, ca.SX], wheel_load: Any, m: Any, J: tuple[Any, 
     ----------
     s : mapping of str to casadi.SX
         A component's symbols by name.
+    tread : Standing
+        How a wheel stands.
     wheel_load, m, J, speed : casadi.SX
         Static load (N), mass (kg), inertias (kg m^2) and forward speed (m/s) of the frame.
     """
-    K, radius = hertz_stiffness(s)
-    area = radius * (wheel_load / K) ** (2 / 3)
-    f11, f22 = (shear_modulus(s) * area * s[f"kalker_c{i}"] for i in (11, 22))
+    area = tread.area(wheel_load)
+    f11, f22 = (shear_modulus(s) * area * C for C in tread.coefficients[:2])
     r2, b2 = s["rolling_radius"] ** 2, s["contact_half_distance"] ** 2
     along = f11 * (r2 / s["wheel_spin_inertia"] + 2 * ca.fmax(b2 / J[2], 1 / m))
     across = 2 * f22 * (1 / m + r2 / J[0])

@@ -42,6 +42,7 @@ __all__ = [
     "Wheel",
     "flange_press",
     "flange_profile",
+    "forces_at",
     "hertz_stiffness",
     "shear_modulus",
     "touch",
@@ -155,7 +156,9 @@ def touch(wheel: Wheel, point: ca.SX, t: ca.SX, q: Any, profile: Profile, newton
     return (rho - R) * cosine, d, slope, n, point + x * t + q * n
 
 
-def _forces(wheel: Wheel, t: ca.SX, contact: tuple[Any, ...], press: Callable[[Any, Any], tuple[Any, Patch]], law: Any) -> Touch:
+def forces_at(
+    wheel: Wheel, t: ca.SX, contact: tuple[Any, ...], press: Callable[[Any, Any], tuple[Any, Patch]], law: Any
+) -> Touch:
     """Creepages at the `contact` that `touch` found, and the forces of `press` (penetration, rate -> load, patch) and `law`."""
     gap, d, slope, n, at = contact
     arm = at - wheel.origin
@@ -220,7 +223,7 @@ def wheel_on_rail(
     `law` acts on the tread. The flange has Polach's law under every name but "kalker": a flange that presses slides, and
     FASTSIM there would cost as much as on the tread.
     """
-    tread = _forces(wheel, running[1], touch(wheel, *running, 0, tread_profile(s), newton=1), tread_press(s, grid), LAWS[law])
+    tread = forces_at(wheel, running[1], touch(wheel, *running, 0, tread_profile(s), newton=1), tread_press(s, grid), LAWS[law])
     profile, _ = flange_profile(s)
     contact = touch(wheel, *corner, s["corner_radius"], profile, newton=3)
-    return tread, _forces(wheel, corner[1], contact, flange_press(s), LAWS[law] if law in ("kalker", "linear") else polach)
+    return tread, forces_at(wheel, corner[1], contact, flange_press(s), LAWS[law] if law in ("kalker", "linear") else polach)

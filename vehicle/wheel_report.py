@@ -1,11 +1,10 @@
 """What is reported of a wheel on its rail: forces, creepages, contact angle, wear number, lift and climb."""
 
-from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
 
-from .wheel_rail import Touch, flange_profile
+from .wheel_rail import Touch
 
 __all__ = ["REPORT", "report"]
 
@@ -25,16 +24,14 @@ REPORT = (
 LEAST_LOAD = 100.0  # N; an unloaded wheel has no ratio Y/Q
 
 
-def report(tread: Touch, flange: Touch, towards: int, s: Mapping[str, ca.SX]) -> dict[str, Any]:
-    """The rows of REPORT for one wheel; `towards` is the side (1 left, -1 right) on which its flange lies."""
+def report(tread: Touch, flange: Touch, towards: int, climb: Any) -> dict[str, Any]:
+    """The rows of REPORT for one wheel; `towards` is the side (1 left, -1 right) on which its flange lies, `climb` its way."""
     Q = tread.force[2] + flange.force[2]
     Y = towards * (tread.force[1] + flange.force[1])
-    _, summit = flange_profile(s)
-    start = s["flange_clearance"] + s["corner_offset"]
     xi, eta, phi = tread.creepages
     values = (
         Q, Y, Y / ca.fmax(Q, LEAST_LOAD), xi, eta, phi,
         ca.atan(ca.if_else(flange.normal_load > tread.normal_load, flange.slope, tread.slope)),
-        flange.normal_load, tread.heat + flange.heat, ca.fmax(tread.gap, 0.0), (flange.depth - start) / (summit - start),
+        flange.normal_load, tread.heat + flange.heat, ca.fmax(tread.gap, 0.0), climb,
     )  # fmt: skip
     return {name: value for (name, *_), value in zip(REPORT, values, strict=True)}

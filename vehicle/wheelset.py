@@ -20,6 +20,7 @@ from .alignment import Alignment
 from .irregularity import unevenness
 from .lrt import INTERNAL_STEP, with_starts
 from .lrt_parameters import MASSES, PRIMARY_STIFFNESS, WHEEL, rail_and_contact
+from .pairing import Conical
 from .rotation import column
 from .track_parameters import parameters_of_track
 from .trim import rest_state
@@ -34,6 +35,7 @@ m (v' + s' Omega x v) = F,   J omega' + omega x (J omega + h e_y) = M,   2 I_y W
 F_y = -2 k_y y - 2 c_y y',   M_z = -2 l^2 (k_x psi + c_x psi')"""
 
 LAW, GRID, KNOTS = "polach", 7, 4
+WHEELS = Conical(-1)
 NAMES = ("distance", "lateral_displacement", "vertical_displacement", "yaw_angle", "roll_angle")
 
 ROWS = (
@@ -74,7 +76,7 @@ SIGNALS = (
 
 
 def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
-    rest = rest_state(s, s["axle_load"] / 2, LAW, GRID)
+    rest = rest_state(s, s["axle_load"] / 2, LAW, WHEELS.standing(s, GRID))
     W = s["speed"] * rest.spin_per_speed + s["spin_deviation"]
     at = FrameState(
         s["distance"], s["lateral_displacement"], rest.axle_height + s["vertical_displacement"], s["yaw_angle"], s["roll_angle"],
@@ -83,7 +85,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     )  # fmt: skip
     under = Alignment.of(s, KNOTS).at(at.s)
     turn = under.turn_rate()
-    wheels = wheel_frame.rolling(at, turn, unevenness(at.s, s, 0), s, LAW, -1, GRID)
+    wheels = wheel_frame.rolling(at, turn, unevenness(at.s, s, 0), s, LAW, WHEELS, GRID)
     s_dot, y_dot, z_dot, psi_dot, phi_dot, _ = wheel_frame.place_rates(at, turn)
     l2 = s["guide_half_spacing"] ** 2
     drive = 2 * rest.drag - s["drive_gain"] * s["speed_deviation"]
@@ -98,7 +100,7 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
     out: dict[str, Any] = {}
     climbs = []
     for side, sign in SIDES.items():
-        rows = report(*wheels.touches[side], -sign, s)
+        rows = report(*wheels.touches[side], -sign, WHEELS.climb(wheels.touches[side][1], side, s))
         climbs.append(rows["climb"])
         out |= {f"{side}_{name}": value for name, value in rows.items()}
     out["derailed"] = ca.fmax(*climbs) > 1
@@ -110,7 +112,8 @@ def _motion(s: dict[str, ca.SX]) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def _longest_step(s: dict[str, ca.SX]) -> Any:
     J = (s["wheelset_ixx"], ca.SX(1), s["wheelset_izz"])
-    return wheel_frame.longest_step(s, s["axle_load"] / 2, s["wheelset_mass"], J, s["speed"] + s["speed_deviation"])
+    tread = WHEELS.standing(s, GRID)
+    return wheel_frame.longest_step(s, tread, s["axle_load"] / 2, s["wheelset_mass"], J, s["speed"] + s["speed_deviation"])
 
 
 def sprung_wheelset(parameters: Mapping[str, float] | None = None) -> Component:
@@ -151,5 +154,5 @@ def _scene(rows: Sequence[Variable]) -> dict[str, Any]:
     track = {"distance": "distance", "half_gauge": values["contact_half_distance"]}
     return scene.of_vehicle(
         [pair], scene.wheel_forces("wheelset", "", names, values), [mount], track,
-        prefer=["lateral_displacement", "yaw_angle"], profiles=scene.sections(values, -1),
+        prefer=["lateral_displacement", "yaw_angle"], profiles=scene.sections(values, WHEELS.flange_side),
     )  # fmt: skip

@@ -16,7 +16,7 @@ from .contact_search import Gap, gap_over, outline, placed_rail
 from .normal_patch import MODELS, Pressed
 from .section import Profile
 
-__all__ = ["Contact", "WheelsetContacts", "contact_points"]
+__all__ = ["TAPE", "Contact", "WheelsetContacts", "contact_points"]
 
 TAPE = 0.07  # m from a wheel's inner face to its tape line
 STEPS = 60

@@ -111,6 +111,12 @@ def test_what_is_no_table_is_refused(arguments: tuple, options: dict, message: s
         table(*arguments, **options)
 
 
-def test_a_surface_of_straight_lines_is_refused() -> None:
-    with pytest.raises(ValueError, match="table over x and y: kind must be 'spline' or 'monotone', got 'linear'"):
-        surface([0, 1], [0, 1], np.zeros((2, 2)), kind="linear")
+def test_a_surface_of_straight_lines_is_bilinear() -> None:
+    """What is linear in each variable, to rounding, uneven points included; constant beyond its ends."""
+    x, y = UNEVEN, np.linspace(-1.0, 2.0, 4)
+    a, b = ca.SX.sym("a"), ca.SX.sym("b")
+    values = np.stack([2 * x[:, None] * y + y, 3 * x[:, None] + 0 * y], axis=-1)
+    function = ca.Function("f", [a, b], [surface(x, y, values, kind="linear")(a, b)])
+    at = np.random.default_rng(0).random((2, 50)) * [[1.0], [3.0]] - [[0.0], [1.0]]
+    np.testing.assert_allclose(over(function, *at), np.array([2 * at[0] * at[1] + at[1], 3 * at[0]]), atol=1e-13)
+    np.testing.assert_allclose(over(function, np.array([2.0]), np.array([5.0])), over(function, np.array([1.0]), np.array([2.0])))

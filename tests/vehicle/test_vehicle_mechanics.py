@@ -102,7 +102,7 @@ def test_forces_inside_make_no_momentum(inside: Inside) -> None:
     track = Alignment.of(s, design.knots)
     m_body, h_body = car_body.masses(s)
     m_frame, J = frame_mass(s)
-    height = rest_state(s, wheel_load(s), design.law, design.grid).axle_height
+    height = rest_state(s, wheel_load(s), design.law, design.pairing.standing(s, design.grid)).axle_height
     half = s["pivot_spacing"] / 2
     body = body_state(s, "body", 0, h_body)
     here = track.at(body.s)

@@ -8,6 +8,7 @@ import casadi as ca
 
 from .. import wheel_frame
 from ..alignment import Alignment
+from ..pairing import Pairing
 from ..rotation import column
 from ..trim import rest_state
 from ..wheel_frame import FrameState
@@ -20,6 +21,7 @@ from .links import link_action, roll_bar_action
 from .moving import Moving, spins, state_of
 from .sections import Vector
 from .statics import Statics, at_rest
+from .wheels import pairing_of
 
 __all__ = ["Assembly", "Standing", "standing"]
 
@@ -45,28 +47,31 @@ class Standing:
     drag: Any
 
 
-def standing(s: Mapping[str, ca.SX], d: Description, loads: Mapping[str, tuple[Any, Any]], draws: Draws) -> dict[str, Standing]:
+def standing(
+    s: Mapping[str, ca.SX], d: Description, pairing: Pairing, loads: Mapping[str, tuple[Any, Any]], draws: Draws
+) -> dict[str, Standing]:
     """The rest state of the wheels, by wheelset; equal loads have theirs once.
 
     Each wheel is trimmed for its own load, which is the rest of an axle where both are alike. Where they are not, side forces of
     cones and a solid axle's common spin are left over, and the wheelset settles from there.
     """
-    known: list[tuple[Any, Any]] = []
+    known: list[tuple[Any, str, Any]] = []
 
-    def trimmed(load: Any) -> Any:
-        twin = next((trim for other, trim in known if draws.same(other, load)), None)
+    def trimmed(load: Any, side: str) -> Any:
+        side = side if pairing.unlike else "left"
+        twin = next((trim for other, where, trim in known if where == side and draws.same(other, load)), None)
         if twin is None:
-            twin = rest_state(s, load, d.law, d.grid)
-            known.append((load, twin))
+            twin = rest_state(s, load, d.law, pairing.standing(s, d.grid, side))
+            known.append((load, side, twin))
         return twin
 
     found = {}
     for name, (left, right) in loads.items():
-        one = trimmed(left)
-        if not d.lopsided:
+        one = trimmed(left, "left")
+        if not (d.lopsided or pairing.unlike):
             found[name] = Standing(one.axle_height, 0, 0, (one.spin_per_speed, one.spin_per_speed), 2 * one.drag)
             continue
-        other, b = trimmed(right), s["contact_half_distance"]
+        other, b = trimmed(right, "right"), s["contact_half_distance"]
         spins_ = (one.spin_per_speed, other.spin_per_speed)
         if d.wheelsets[name].solid:
             spins_ = ((spins_[0] + spins_[1]) / 2,) * 2
@@ -82,8 +87,9 @@ class Assembly:
     def __init__(self, s: Mapping[str, ca.SX], d: Description) -> None:
         self.s, self.d, self.draws = s, d, Draws(d.starts())
         self.track = Alignment.of(s, d.knots)
+        self.pairing = pairing_of(d)
         self.rest: Statics = at_rest(s, d, self.draws)
-        self.standing = standing(s, d, self.rest.wheel_loads, self.draws)
+        self.standing = standing(s, d, self.pairing, self.rest.wheel_loads, self.draws)
         self.bodies = {body.name: self._placed(body) for body in d.free}
         self.wheelsets = {one.name: self._stood(one) for one in d.wheelsets.values()}
         self.moving = self.bodies | self.wheelsets

@@ -8,7 +8,9 @@ import casadi as ca
 
 from gyro_cosim.component import Variable
 
+from ..pairing import Conical
 from .between import Link, RollBar, Springs
+from .measured import Measured
 from .sections import Vector
 from .values import Value
 
@@ -66,8 +68,6 @@ class Wheelset:
         Whether both wheels turn together; whether the frame or the axle boxes may pitch.
     load : Value
         What presses on the axle besides what the file holds, N.
-    flange_side : int
-        1: flanges outside the rails, -1: inside.
     """
 
     name: str
@@ -79,7 +79,6 @@ class Wheelset:
     solid: bool
     pitches: bool
     load: Value
-    flange_side: int
 
 
 @dataclass(frozen=True)
@@ -145,6 +144,8 @@ class Description:
         The parts.
     drive : Drive
         What holds the speed.
+    wheels : Conical or Measured
+        Wheels and rails.
     law : str
         Creep law of the treads, a key of `vehicle.creep_laws.LAWS`.
     grid : int
@@ -167,6 +168,7 @@ class Description:
     forces: Mapping[str, Force]
     torques: Mapping[str, Torque]
     drive: Drive
+    wheels: Conical | Measured
     law: str
     grid: int
     knots: int

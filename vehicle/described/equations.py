@@ -27,6 +27,7 @@ from .description import Body, Description, Wheelset
 from .draws import Draws
 from .moving import place_rows, rate_rows, spins, summed
 from .statics import at_rest
+from .wheels import pairing_of
 
 __all__ = ["Motion", "longest_step", "motion"]
 
@@ -160,7 +161,7 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     m, I_y = one.mass.of(s), one.spin_inertia.of(s)
     J = one.inertia.of(s)
     rough = unevenness(at.s, s, d.harmonics)
-    wheels = wheel_frame.rolling(at, moving.turn, rough, s, d.law, one.flange_side, d.grid)
+    wheels = wheel_frame.rolling(at, moving.turn, rough, s, d.law, parts.pairing, d.grid)
     lacking = s["speed"] - parts.reference.at.v[0]
     pull = d.drive.gain.of(s) * lacking / len(d.drive.wheelsets) if one.name in d.drive.wheelsets else 0
     thrust = d.drive.on.of(s) * (rest.drag + pull)
@@ -192,7 +193,8 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     derivatives |= {f"{one.name}_{name}_spin_deviation": rate for name, rate in zip(spins(one), W_dot, strict=False)}
     outputs: dict[str, Any] = {f"{one.name}_guiding_force": wheels.force[1]}
     for (side, sign), W_side in zip(SIDES.items(), at.W, strict=True):
-        rows = report(*wheels.touches[side], one.flange_side * sign, s)
+        climb = parts.pairing.climb(wheels.touches[side][1], side, s)
+        rows = report(*wheels.touches[side], parts.pairing.flange_side * sign, climb)
         outputs |= {f"{one.name}_{side}_{name}": value for name, value in rows.items()} | {f"{one.name}_{side}_spin": W_side}
     account |= {"drive_power": thrust * at.v[0], "gravity_power": ca.dot(pressed, at.v)}
     account["mount_power"] = sum((ca.dot(unit, at.omega) for unit in units), ca.SX(0))
@@ -220,6 +222,7 @@ def longest_step(s: Mapping[str, ca.SX], d: Description) -> Any:
     loads = at_rest(s, d, draws).wheel_loads
     seen: list[ca.SX] = []
     steps = []
+    tread = pairing_of(d).standing(s, d.grid)
     reference = next(iter((*(body.name for body in d.free), *d.wheelsets)))
     for name, one in d.wheelsets.items():
         m, J = one.mass.of(s), one.inertia.of(s)
@@ -230,5 +233,5 @@ def longest_step(s: Mapping[str, ca.SX], d: Description) -> Any:
         seen.append(numbers)
         view = {**s, "wheel_spin_inertia": one.spin_inertia.of(s)}
         speed = s["speed"] + s[f"{reference}_speed_deviation"]
-        steps.append(wheel_frame.longest_step(view, load, m, J, speed))
+        steps.append(wheel_frame.longest_step(view, tread, load, m, J, speed))
     return steps[0] if len(steps) == 1 else ca.mmin(ca.vertcat(*steps))

@@ -10,18 +10,18 @@ from gyro_cosim.component import parameter
 from gyro_cosim.component.units import unit
 
 from ..creep_laws import LAWS
-from ..lrt_parameters import RUN, WHEEL, drive_rows, rail_and_contact
+from ..lrt_parameters import RUN, drive_rows
 from . import part_sections, rules
 from .description import Body, Description, Drive, Mount, Pivot, Wheelset
 from .sections import Book, Section, check_name
 from .values import ZERO, formula
+from .wheels import wheels_of
 
 __all__ = ["read", "read_text"]
 
 SECTIONS = ("vehicle", "parameters", "bodies", "wheelsets", "springs", "links", "roll_bars", "wheels", "rails", "contact",
             "mounts", "forces", "torques", "drive", "track")  # fmt: skip
 INERTIA = {axis: f"i{axis}{axis}" for axis in "xyz"}
-ON_RAIL = ("rail_crown_radius", "corner_radius", "corner_offset", "corner_depth", "rail_lateral_stiffness")
 T = TypeVar("T")
 STEP = 5e-4  # s; benchmarks/vehicle_step.py shows why
 
@@ -51,11 +51,11 @@ def read(path: str | Path) -> Description:
         raise ValueError(f"vehicle file {str(path)!r} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
         raise ValueError(f"vehicle file {str(path)!r} must be UTF-8 text") from None
-    return read_text(text, path.name)
+    return read_text(text, path.name, path.parent)
 
 
-def read_text(text: str, file: str) -> Description:
-    """The same for a text, called `file` in messages."""
+def read_text(text: str, file: str, folder: Path = Path()) -> Description:
+    """The same for a text, called `file` in messages; the profiles that it names are looked for in `folder`."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -73,7 +73,7 @@ def read_text(text: str, file: str) -> Description:
         book.add("vehicle", row)
     for row in RUN:
         if head.has(row.name):
-            _overridden(head, row.name, row.name)
+            rules.overridden(head, row.name, row.name)
     name = head.text("name", re.sub(r"\W", "_", Path(file).stem))
     check_name(book, "vehicle.name", name)
     line = head.text("description", "Vehicle of the file " + file)
@@ -83,9 +83,9 @@ def read_text(text: str, file: str) -> Description:
         raise head.error("internal_step", "must be from 1 us to 10 ms", head.data["internal_step"])
     head.end()
     _parameters(book, data.get("parameters", {}))
-    flange_side = _profiles(book, data)
+    wheels = wheels_of(book, data, folder)
     bodies = _each(book, data, "bodies", _body)
-    wheelsets = _each(book, data, "wheelsets", lambda one, key: _wheelset(one, key, flange_side))
+    wheelsets = _each(book, data, "wheelsets", _wheelset)
     springs = _each(book, data, "springs", part_sections.springs)
     links = _each(book, data, "links", part_sections.link)
     bars = _each(book, data, "roll_bars", part_sections.roll_bar)
@@ -97,8 +97,8 @@ def read_text(text: str, file: str) -> Description:
     knots, harmonics = track.count("knots", 4, 200), track.count("harmonics", 0, 200)
     track.end()
     found = Description(
-        name, line, tuple(book.rows.values()), bodies, wheelsets, springs, links, bars, mounts, forces, torques, drive, law, 7,
-        knots, harmonics, step,
+        name, line, tuple(book.rows.values()), bodies, wheelsets, springs, links, bars, mounts, forces, torques, drive, wheels,
+        law, 7, knots, harmonics, step,
     )  # fmt: skip
     rules.check(book, found)
     return found
@@ -169,43 +169,6 @@ def _si(name: str) -> str:
     raise ValueError("must be in an SI unit, or in one of a usual quantity")
 
 
-def _overridden(section: Section, key: str, name: str) -> None:
-    """Give the row `name`, which is there, the start value that the file has under `key`."""
-    row = section.book.rows[name]
-    number = section.measured(key, section.text(key), row.unit)[0]
-    section.book.rows[name] = rules.started(section.book, section.key(key), row, number)
-
-
-def _profiles(book: Book, data: Mapping[str, Any]) -> int:
-    """Wheel, rail and contact: rows of the package, with the file's start values; on which side the flanges are (1 outside).
-
-    One wheel and one rail profile for the whole vehicle, each of `profile = "conical"`: the place where profiles read from
-    files join.
-    """
-    for row in (*WHEEL, *rail_and_contact()):
-        book.add("wheels", row)
-    side = "outside"
-    for kind, own in (("wheels", tuple(row.name for row in WHEEL)), ("rails", ON_RAIL)):
-        tables = data.get(kind, {})
-        if not isinstance(tables, dict) or len(tables) > 1:
-            raise book.error(kind, "must be a table of one profile, the same under every wheel", list(tables))
-        for name, table in tables.items():
-            section = book.section(f"{kind}.{name}", table)
-            section.text("profile", "conical" if kind == "wheels" else "round", ("conical",) if kind == "wheels" else ("round",))
-            if kind == "wheels":
-                side = section.text("flange", side, ("inside", "outside"))
-            for key in own:
-                if section.has(key):
-                    _overridden(section, key, key)
-            section.end()
-    contact = book.section("contact", data.get("contact", {}))
-    for key in (row.name for row in rail_and_contact() if row.name not in ON_RAIL):
-        if contact.has(key):
-            _overridden(contact, key, key)
-    contact.end()
-    return 1 if side == "outside" else -1
-
-
 def _body(one: Section, name: str) -> Body:
     pivot = None
     if one.has("on_pivot"):
@@ -223,14 +186,14 @@ def _body(one: Section, name: str) -> Body:
     return body
 
 
-def _wheelset(one: Section, name: str, flange_side: int) -> Wheelset:
+def _wheelset(one: Section, name: str) -> Wheelset:
     solid = one.text("axle", among=("solid", "independent")) == "solid"
     pitches = one.flag("pitches", not solid)
     found = Wheelset(
         name, one.what, one.value("mass", "kg", above=0.0),
         one.vector("inertia", "kg.m2", needed="xyz" if pitches else "xz", above=0.0, names=INERTIA),
         one.value("x", "m", default=ZERO), one.value("spin_inertia", "kg.m2", above=0.0), solid, pitches,
-        one.value("load", "N", default=ZERO), flange_side,
+        one.value("load", "N", default=ZERO),
     )  # fmt: skip
     one.end()
     return found
@@ -254,7 +217,7 @@ def _drive(book: Book, data: Mapping[str, Any], wheelsets: Mapping[str, Wheelset
     one = book.section("drive", data.get("drive", {}))
     for key, name in (("gain", "drive_gain"), ("on", "drive_on")):
         if one.has(key):
-            _overridden(one, key, name)
+            rules.overridden(one, key, name)
     drive = Drive(tuple(one.names("wheelsets", list(wheelsets))), formula("drive_gain"), formula("drive_on"))
     for name in drive.wheelsets:
         if name not in wheelsets:

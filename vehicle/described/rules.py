@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from gyro_cosim.component import Variable
 
 from .description import Body, Description, Wheelset
-from .sections import Book
+from .sections import Book, Section
 from .statics import not_carried
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["check", "started"]
+__all__ = ["check", "overridden", "started"]
 
 SLACK = 1e-3  # of an inertia: tables are rounded
 ALIKE = 1e-9  # of a mass or a length
@@ -27,6 +27,13 @@ def started(book: Book, key: str, row: Variable, number: float) -> Variable:
         raise book.error(key, str(error).removeprefix(f"{row.name} ")) from None
     inside = row.assumed is not None and row.assumed[0] <= number <= row.assumed[1]
     return replace(row, start=number, assumed=row.assumed if inside else None)
+
+
+def overridden(section: Section, key: str, name: str) -> None:
+    """Give the row `name`, which is there, the start value that the file has under `key`."""
+    row = section.book.rows[name]
+    number = section.measured(key, section.text(key), row.unit)[0]
+    section.book.rows[name] = started(section.book, section.key(key), row, number)
 
 
 def check(book: Book, d: Description) -> None:

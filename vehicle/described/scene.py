@@ -5,6 +5,7 @@ from typing import Any
 
 from .. import scene
 from .description import Body, Description
+from .wheels import sections_of
 
 __all__ = ["scene_of"]
 
@@ -44,7 +45,7 @@ def scene_of(d: Description, names: Sequence[str]) -> dict[str, Any]:
                 s,
                 along=f"{prefix}distance",
                 solid=one.solid,
-                outside=one.flange_side > 0,
+                outside=d.wheels.flange_side > 0,
             )
         )
         forces += scene.wheel_forces(one.name, prefix, names, s)
@@ -61,7 +62,7 @@ def scene_of(d: Description, names: Sequence[str]) -> dict[str, Any]:
         bodies, forces, mounts,
         {"distance": f"{first or leading.name}_distance", "curvature": "curvature", "half_gauge": s["contact_half_distance"]},
         prefer=[name for name in wanted if name in names],
-        profiles=scene.sections(s, leading.flange_side),
+        profiles=sections_of(d),
     )  # fmt: skip
 
 
