@@ -25,7 +25,7 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-__all__ = ["Ends", "Kind", "Lookup", "is_lookup", "lookup_of", "surface", "table"]
+__all__ = ["Ends", "Kind", "Lookup", "is_lookup", "lookup_of", "pieces", "surface", "table"]
 
 Kind = Literal["spline", "monotone", "linear"]
 Ends = Literal["constant", "straight", "periodic"]
@@ -150,6 +150,39 @@ def _bilinear(first: "_Axis", second: "_Axis", f: np.ndarray) -> Interpolated:
         rows = [ca.vertcat(*read.call([((i + k) * m + j) * n])) for k in (0, 1)]
         near, far = (row[:n] + u * (row[n:] - row[:n]) for row in rows)
         return near + t * (far - near)
+
+    return at
+
+
+def pieces(x: Sequence[float], rows: Any, *, name: str = "x") -> Callable[[Any], tuple[ca.SX, ca.SX]]:
+    """A row of numbers for each interval: what is a polynomial between the points is then its coefficients there.
+
+    Parameters
+    ----------
+    x : sequence of float, length n
+        Rising, 2 or more.
+    rows : array, shape (n - 1, quantities)
+        Of each interval. The first and the last go on beyond the ends.
+    name : str
+        What x is called in messages.
+
+    Returns
+    -------
+    callable
+        Of a scalar SX expression: how far it is beyond the start of its interval, and the interval's row, a column.
+
+    Raises
+    ------
+    ValueError
+        As for table().
+    """
+    points, f = _points(x, "linear", name), np.array(rows, float)
+    _check(f, 2, (points.size - 1,), f"table over {name}")
+    search, read = _interval(points), _entries(np.column_stack([points[:-1], f]), f.shape[1] + 1)
+
+    def at(place: Any) -> tuple[ca.SX, ca.SX]:
+        row = ca.vertcat(*read.call([search(place) * (f.shape[1] + 1)]))
+        return place - row[0], row[1:]
 
     return at
 

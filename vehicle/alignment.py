@@ -15,12 +15,13 @@ heading difference. Their leading parts, of D and g, are integrated exactly; the
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import casadi as ca
 
 from .rotation import about_x, about_y, about_z, column
+from .track_files import Line
 
 __all__ = ["CAPACITY", "COLUMNS", "Alignment", "TrackPoint"]
 
@@ -77,15 +78,18 @@ class Alignment:
         Changes of the curvature's slope there, a_j (1/m^2).
     cant_slope, gradient_slope : tuple
         Changes of the slopes of cant and gradient angle there, c_j and g_j (rad/m).
+    line : Line, optional
+        Of a file, to which the knots add.
     """
 
     position: tuple[Any, ...]
     curvature_slope: tuple[Any, ...]
     cant_slope: tuple[Any, ...]
     gradient_slope: tuple[Any, ...]
+    line: Line | None = None
 
     @classmethod
-    def of(cls, symbols: Mapping[str, ca.SX], capacity: int) -> "Alignment":
+    def of(cls, symbols: Mapping[str, ca.SX], capacity: int, line: Line | None = None) -> "Alignment":
         """From a component's symbols: the standard curve's four knots, then `track_position[0]`, ... up to `capacity`.
 
         The standard curve is transition, curve, transition from `curve_start` on; `curve_turn` 1 left, -1 right, 0 none.
@@ -101,7 +105,8 @@ class Alignment:
             "gradient_slope": (0, 0, 0, 0),
         }
         free = {c: tuple(symbols[f"track_{c}[{i}]"] for i in range(capacity)) for c in COLUMNS}
-        return cls(*(standard[c] + free[c] for c in COLUMNS))
+        knots = {c: standard[c] + free[c] for c in COLUMNS}
+        return cls(knots["position"], knots["curvature_slope"], knots["cant_slope"], knots["gradient_slope"], line)
 
     def at(self, s: Any) -> TrackPoint:
         """The track frame at `s` (m)."""
@@ -113,7 +118,7 @@ class Alignment:
         def total(slopes: tuple[Any, ...], powers: list[Any]) -> Any:
             return sum((a * r for a, r in zip(slopes, powers, strict=True)), ca.SX(0))
 
-        return TrackPoint(
+        knots = TrackPoint(
             curvature=total(self.curvature_slope, ramps),
             heading=total(self.curvature_slope, squares) / 2,
             heading_integral=total(self.curvature_slope, cubes) / 6,
@@ -123,6 +128,10 @@ class Alignment:
             gradient_slope=total(self.gradient_slope, passed),
             gradient_integral=total(self.gradient_slope, squares) / 2,
         )
+        if self.line is None:
+            return knots
+        by_file = self.line.at(s)
+        return TrackPoint(**{field.name: by_file[field.name] + getattr(knots, field.name) for field in fields(TrackPoint)})
 
     def between(self, s_here: Any, here: TrackPoint, s_there: Any, there: TrackPoint) -> tuple[ca.SX, ca.SX]:
         """Where the track frame at `s_there` lies, seen in the one at `s_here`: (offset in m, rotation), (3, 1) and (3, 3)."""

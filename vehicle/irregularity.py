@@ -16,9 +16,9 @@ from typing import Any
 
 import casadi as ca
 
-__all__ = ["CHANNELS", "PARTS", "Unevenness", "unevenness"]
+from .track_files import CHANNELS, Record
 
-CHANNELS = ("lateral", "vertical", "cross_level", "gauge")
+__all__ = ["CHANNELS", "PARTS", "Unevenness", "unevenness"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Unevenness:
         )
 
 
-def unevenness(s: Any, symbols: Mapping[str, ca.SX], harmonics: int) -> Unevenness:
+def unevenness(s: Any, symbols: Mapping[str, ca.SX], harmonics: int, record: Record | None = None) -> Unevenness:
     """Set up the irregularity at a place.
 
     Parameters
@@ -56,6 +56,8 @@ def unevenness(s: Any, symbols: Mapping[str, ca.SX], harmonics: int) -> Unevenne
         A component's symbols by name.
     harmonics : int
         N, harmonics in each channel.
+    record : Record, optional
+        Of a file, which is added.
 
     Returns
     -------
@@ -68,6 +70,10 @@ def unevenness(s: Any, symbols: Mapping[str, ca.SX], harmonics: int) -> Unevenne
     sine, cosine = inside * ca.sin(k * run), inside * k * ca.cos(k * run)
     displacement = {c: symbols[f"stretch_{c}"] * sine for c in CHANNELS}
     slope = {c: symbols[f"stretch_{c}"] * cosine for c in CHANNELS}
+    if record is not None:
+        values, slopes = record.at(s)
+        displacement = {c: displacement[c] + values[c] for c in CHANNELS}
+        slope = {c: slope[c] + slopes[c] for c in CHANNELS}
     if harmonics:
         fade = symbols["harmonics_fade"]
         u = ca.fmin(ca.fmax((s - symbols["harmonics_start"]) / fade, 0.0), 1.0)

@@ -2,11 +2,13 @@
 
     S(W) = A Wc^2 / ((W^2 + Wr^2) (W^2 + Wc^2))                                        lateral (A_a), vertical (A_v), m^2 m/rad
     S(W) = (A_v / b^2) Wc^2 W^2 / ((W^2 + Wr^2) (W^2 + Wc^2) (W^2 + Ws^2))              cross level as an angle, rad^2 m/rad
+    S(W) = A_g Wc^2 W^2 / ((W^2 + Wr^2) (W^2 + Wc^2) (W^2 + Ws^2))                     gauge, m^2 m/rad
 
 one-sided, W in rad/m. The wave n K, K = 2 pi / L, stands for the band of width K around it: its amplitude is the root of
 twice the integral of S over the band, its phase random.
-Every channel has its own stream of random numbers. The cross level in metres is the angle times 2 b. The spectra have no
-gauge channel. Source: ERRI B176; figures as in the German low- and high-disturbance spectra.
+Every channel has its own stream of random numbers. The cross level in metres is the angle times 2 b. A record by points has all
+waves from its length down to two of its steps, and repeats nothing. Source: ERRI B176; figures as in the German low- and
+high-disturbance spectra.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,11 +18,12 @@ import numpy as np
 
 from .irregularity import CHANNELS
 
-__all__ = ["LEVELS", "ROUGH", "random_track", "spectrum", "tabulated_track"]
+__all__ = ["LEVELS", "ROUGH", "random_record", "random_track", "spectrum", "tabulated_track"]
 
-ROUGH = ("lateral", "vertical", "cross_level")  # channels that have a spectrum
+ROUGH = ("lateral", "vertical", "cross_level")  # channels that are uneven unless told otherwise
 W_C, W_R, W_S = 0.8246, 0.0206, 0.4380  # rad/m
 LEVELS = {"low": (2.119e-7, 4.032e-7), "high": (6.125e-7, 1.08e-6)}  # (A_a, A_v), m rad
+GAUGE = {"low": 5.32e-8, "high": 1.032e-7}  # A_g, m rad
 B = 0.75  # m
 
 
@@ -30,7 +33,7 @@ def spectrum(channel: str, level: str, W: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     channel : str
-        "lateral", "vertical" or "cross_level".
+        "lateral", "vertical", "cross_level" or "gauge".
     level : str
         "low" or "high".
     W : array
@@ -61,7 +64,54 @@ def spectrum(channel: str, level: str, W: np.ndarray) -> np.ndarray:
     if channel == "cross_level":
         cross: np.ndarray = (2 * B) ** 2 * A_v / B**2 * shape * W**2 / (W**2 + W_S**2)
         return cross
-    raise ValueError(f"channel must be lateral, vertical or cross_level, got {channel!r}")
+    if channel == "gauge":
+        gauge: np.ndarray = GAUGE[level] * shape * W**2 / (W**2 + W_S**2)
+        return gauge
+    raise ValueError(f"channel must be one of {', '.join(CHANNELS)}, got {channel!r}")
+
+
+def random_record(
+    level: str, seed: int, length: float, step: float = 0.25, channels: Sequence[str] = CHANNELS
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Draw a random track as points.
+
+    Parameters
+    ----------
+    level : str
+        "low" or "high".
+    seed : int
+        Decides the phases; every channel has its own stream of random numbers.
+    length, step : float
+        Of the record, and between its points (m).
+    channels : sequence of str
+        Those that are uneven.
+
+    Returns
+    -------
+    position : array, shape (n,)
+        m, from 0 on.
+    displacements : dict of str to array, shape (n,)
+        m, by channel.
+
+    Raises
+    ------
+    ValueError
+        For an unknown level or channel, or a record of fewer than 8 steps.
+    """
+    if not step > 0.0 or not length >= 8 * step:
+        raise ValueError(f"a record must have 8 steps or more, got a length of {length:g} m and steps of {step:g} m")
+    n = round(length / step)
+    K = 2 * pi / (n * step)
+    waves = K * np.arange(1, n // 2)
+    streams = dict(zip(CHANNELS, np.random.SeedSequence(seed).spawn(len(CHANNELS)), strict=True))
+    found = {}
+    for channel in channels:
+        amplitude = np.sqrt(2 * K * spectrum(channel, level, waves))
+        phase = np.random.default_rng(streams[channel]).uniform(0.0, 2 * pi, waves.size)
+        half = np.zeros(n // 2 + 1, complex)
+        half[1 : waves.size + 1] = n / 2 * amplitude * np.exp(1j * phase)
+        found[channel] = np.fft.irfft(half, n)
+    return step * np.arange(n), found
 
 
 def random_track(

@@ -86,7 +86,7 @@ class Assembly:
 
     def __init__(self, s: Mapping[str, ca.SX], d: Description) -> None:
         self.s, self.d, self.draws = s, d, Draws(d.starts())
-        self.track = Alignment.of(s, d.knots)
+        self.track = Alignment.of(s, d.knots, d.course.line)
         self.pairing = pairing_of(d)
         self.rest: Statics = at_rest(s, d, self.draws)
         self.standing = standing(s, d, self.pairing, self.rest.wheel_loads, self.draws)

@@ -9,12 +9,13 @@ import casadi as ca
 from gyro_cosim.component import Variable
 
 from ..pairing import Conical
+from ..track_files import Line, Record, Speeds
 from .between import Link, RollBar, Springs
 from .measured import Measured
 from .sections import Vector
 from .values import Value
 
-__all__ = ["Body", "Description", "Drive", "Force", "Joint", "Mount", "Pivot", "Torque", "Wheelset"]
+__all__ = ["Body", "Course", "Description", "Drive", "Force", "Joint", "Mount", "Pivot", "Torque", "Wheelset"]
 
 Joint = Springs | Link | RollBar
 
@@ -123,11 +124,42 @@ class Torque:
 
 @dataclass(frozen=True)
 class Drive:
-    """What holds the speed: force per lack of speed (N s/m) shared by some wheelsets, and whether it is on."""
+    """What holds the speed.
+
+    Attributes
+    ----------
+    wheelsets : tuple of str
+        Those that share the force.
+    gain, on : Value
+        Force per lack of speed (N s/m), and whether it is on.
+    traction_limit, braking_limit : Value, optional
+        The most that it pulls and brakes with (N).
+    """
 
     wheelsets: tuple[str, ...]
     gain: Value
     on: Value
+    traction_limit: Value | None = None
+    braking_limit: Value | None = None
+
+
+@dataclass(frozen=True)
+class Course:
+    """What of the track comes from files.
+
+    Attributes
+    ----------
+    line : Line, optional
+        Curvature, cant and gradient.
+    record : Record, optional
+        Irregularity.
+    speeds : Speeds, optional
+        What the drive holds in place of the set speed.
+    """
+
+    line: Line | None = None
+    record: Record | None = None
+    speeds: Speeds | None = None
 
 
 @dataclass(frozen=True)
@@ -152,6 +184,8 @@ class Description:
         FASTSIM's strips and cells.
     knots, harmonics : int
         Room for the track's data.
+    course : Course
+        What of the track comes from files.
     internal_step : float
         Longest step (s).
     """
@@ -173,6 +207,7 @@ class Description:
     grid: int
     knots: int
     harmonics: int
+    course: Course
     internal_step: float
 
     def pivoted(self, host: str) -> tuple[Body, ...]:

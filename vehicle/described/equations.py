@@ -160,11 +160,9 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     at, (under, over) = moving.at, parts.upon(one.name)
     m, I_y = one.mass.of(s), one.spin_inertia.of(s)
     J = one.inertia.of(s)
-    rough = unevenness(at.s, s, d.harmonics)
+    rough = unevenness(at.s, s, d.harmonics, d.course.record)
     wheels = wheel_frame.rolling(at, moving.turn, rough, s, d.law, parts.pairing, d.grid)
-    lacking = s["speed"] - parts.reference.at.v[0]
-    pull = d.drive.gain.of(s) * lacking / len(d.drive.wheelsets) if one.name in d.drive.wheelsets else 0
-    thrust = d.drive.on.of(s) * (rest.drag + pull)
+    thrust = d.drive.on.of(s) * _pull(parts, one, rest.drag)
     weight = -m * s["gravity"] * moving.under.up()
     pressed = weight if one.load.is_zero else weight - one.load.of(s) * moving.under.up()
     units = parts.mounted(one.name)
@@ -199,6 +197,24 @@ def _wheelset(parts: Assembly, one: Wheelset) -> Motion:
     account |= {"drive_power": thrust * at.v[0], "gravity_power": ca.dot(pressed, at.v)}
     account["mount_power"] = sum((ca.dot(unit, at.omega) for unit in units), ca.SX(0))
     return Motion(derivatives, outputs, account)
+
+
+def _pull(parts: Assembly, one: Wheelset, drag: Any) -> Any:
+    """What the drive pulls with at a wheelset: its drag on straight track, and its share of the gain times the lack of speed."""
+    s, drive, reference = parts.s, parts.d.drive, parts.reference.at
+    if parts.d.course.speeds is None:
+        wanted, share = s["speed"], None
+    else:
+        wanted, share = parts.d.course.speeds.at(reference.s)
+    if one.name not in drive.wheelsets:
+        return drag if share is None else share * drag
+    pull = drive.gain.of(s) * (wanted - reference.v[0])
+    if drive.traction_limit is not None:
+        pull = ca.fmin(pull, drive.traction_limit.of(s))
+    if drive.braking_limit is not None:
+        pull = ca.fmax(pull, -drive.braking_limit.of(s))
+    whole = drag + pull / len(drive.wheelsets)
+    return whole if share is None else share * whole
 
 
 def _account(frame: FrameState, wheels: Rolling, inertias: tuple[Any, ca.SX, Any]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from gyro_cosim.component.units import unit
 from ..creep_laws import LAWS
 from ..lrt_parameters import RUN, drive_rows
 from . import part_sections, rules
+from .course import course_of
 from .description import Body, Description, Drive, Mount, Pivot, Wheelset
 from .sections import Book, Section, check_name
 from .values import ZERO, formula
@@ -95,10 +96,11 @@ def read_text(text: str, file: str, folder: Path = Path()) -> Description:
     drive = _drive(book, data, wheelsets)
     track = book.section("track", data.get("track", {}))
     knots, harmonics = track.count("knots", 4, 200), track.count("harmonics", 0, 200)
+    course = course_of(track, folder)
     track.end()
     found = Description(
         name, line, tuple(book.rows.values()), bodies, wheelsets, springs, links, bars, mounts, forces, torques, drive, wheels,
-        law, 7, knots, harmonics, step,
+        law, 7, knots, harmonics, course, step,
     )  # fmt: skip
     rules.check(book, found)
     return found
@@ -218,7 +220,9 @@ def _drive(book: Book, data: Mapping[str, Any], wheelsets: Mapping[str, Wheelset
     for key, name in (("gain", "drive_gain"), ("on", "drive_on")):
         if one.has(key):
             rules.overridden(one, key, name)
-    drive = Drive(tuple(one.names("wheelsets", list(wheelsets))), formula("drive_gain"), formula("drive_on"))
+    limits = [one.value(key, "N", above=0.0, under=f"drive_{key}") if one.has(key) else None
+              for key in ("traction_limit", "braking_limit")]  # fmt: skip
+    drive = Drive(tuple(one.names("wheelsets", list(wheelsets))), formula("drive_gain"), formula("drive_on"), *limits)
     for name in drive.wheelsets:
         if name not in wheelsets:
             raise book.unknown(one.key("wheelsets"), "wheelset", name, wheelsets)
