@@ -8,24 +8,22 @@ in two variables the tensor product of (1), or of (2). The kinds differ in the s
 through the points (smooth to the second derivative), or Fritsch and Carlson's (to the first derivative, and between two points
 never beyond both). The third is (2). Beyond its ends a table goes on as a constant, straight, or in a period.
 
-A graph of CasADi holds a table by two functions that are constant piece by piece, so that their derivatives are 0 and those
-of (1) follow by themselves: the interval in which x lies, and entries of an array. The exporter prints them as calls of
-fmus/c/tables.h, and the array once, as a constant (fmus/graph.py); CasADi's interpreter evaluates them as they stand.
+A graph holds a table by the two kinds of calls of component/lookups.py, so that the derivatives of (1) follow by themselves.
 
 References
 ----------
 Fritsch, Carlson 1980, SIAM J. Numer. Anal. 17, p. 238.
 """
 
-import hashlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
 
-__all__ = ["Ends", "Kind", "Lookup", "is_lookup", "lookup_of", "pieces", "surface", "table"]
+from .lookups import entries, interval
+
+__all__ = ["Ends", "Kind", "pieces", "surface", "table"]
 
 Kind = Literal["spline", "monotone", "linear"]
 Ends = Literal["constant", "straight", "periodic"]
@@ -33,7 +31,6 @@ Interpolated = Callable[..., ca.SX]
 
 EVEN = 1e-9  # of the distance: points that are as even as that need no search
 FEWEST = {"spline": 4, "monotone": 2, "linear": 2}  # points
-_ENTRIES, _INTERVAL = "table_entries_", "table_interval_"
 
 
 def table(x: Sequence[float], values: Any, *, kind: Kind = "spline", ends: Ends = "constant", name: str = "x") -> Interpolated:
@@ -72,7 +69,7 @@ def table(x: Sequence[float], values: Any, *, kind: Kind = "spline", ends: Ends 
         raise ValueError(f"table over {name}: a periodic one must end with the values that it starts with")
     axis, n, width = _Axis(points, ends), f.shape[1], 1 if kind == "linear" else 2
     slopes = np.empty_like(f) if kind == "linear" else _slopes(points, f, kind, ends)
-    read = _entries(np.stack([f, slopes][:width], axis=2), 2 * n * width)
+    read = entries(np.stack([f, slopes][:width], axis=2), 2 * n * width)
 
     def at(place: Any) -> ca.SX:
         i, t, w, beyond = axis.interval(ca.SX(place))
@@ -124,7 +121,7 @@ def surface(
         return _bilinear(first, second, f)
     along_x = _slopes(p, f, kind)
     along_y, mixed = (np.moveaxis(_slopes(q, np.moveaxis(g, 1, 0), kind), 0, 1) for g in (f, along_x))
-    read = _entries(np.stack([f, along_x, along_y, mixed], axis=3), 8 * n)
+    read = entries(np.stack([f, along_x, along_y, mixed], axis=3), 8 * n)
 
     def at(place_x: Any, place_y: Any) -> ca.SX:
         i, t, w, _ = first.interval(ca.SX(place_x))
@@ -142,7 +139,7 @@ def surface(
 def _bilinear(first: "_Axis", second: "_Axis", f: np.ndarray) -> Interpolated:
     """Over both variables, straight between the points."""
     m, n = f.shape[1:]
-    read = _entries(f, 2 * n)
+    read = entries(f, 2 * n)
 
     def at(place_x: Any, place_y: Any) -> ca.SX:
         i, t, _, _ = first.interval(ca.SX(place_x))
@@ -178,48 +175,13 @@ def pieces(x: Sequence[float], rows: Any, *, name: str = "x") -> Callable[[Any],
     """
     points, f = _points(x, "linear", name), np.array(rows, float)
     _check(f, 2, (points.size - 1,), f"table over {name}")
-    search, read = _interval(points), _entries(np.column_stack([points[:-1], f]), f.shape[1] + 1)
+    search, read = interval(points), entries(np.column_stack([points[:-1], f]), f.shape[1] + 1)
 
     def at(place: Any) -> tuple[ca.SX, ca.SX]:
         row = ca.vertcat(*read.call([search(place) * (f.shape[1] + 1)]))
         return place - row[0], row[1:]
 
     return at
-
-
-@dataclass(frozen=True)
-class Lookup:
-    """What a function that a graph calls looks up.
-
-    Attributes
-    ----------
-    name : str
-        Of the array, which follows from its numbers.
-    numbers : array, shape (n,)
-        The array.
-    searches : bool
-        Whether the function finds the interval of the array in which its argument lies (0 to n - 2, those at the ends for
-        what is beyond them), or reads the entries that follow the place which is its argument.
-    """
-
-    name: str
-    numbers: np.ndarray
-    searches: bool
-
-
-def is_lookup(name: str) -> bool:
-    """Whether a function of that name is one that looks up."""
-    return name.startswith((_ENTRIES, _INTERVAL))
-
-
-def lookup_of(function: ca.Function) -> Lookup | None:
-    """What a function that a graph calls looks up; None where it is no part of a table."""
-    if not is_lookup(function.name()):
-        return None
-    prefix = _INTERVAL if function.name().startswith(_INTERVAL) else _ENTRIES
-    constants = (function.instruction_MX(k) for k in range(function.n_instructions()))
-    numbers = next(c.to_DM() for c in constants if c.is_constant() and c.numel() > 1)
-    return Lookup(f"table_{function.name().removeprefix(prefix)}", np.array(numbers).ravel(), prefix == _INTERVAL)
 
 
 class _Axis:
@@ -229,7 +191,7 @@ class _Axis:
         self._first, self._last, self._n, self._ends = float(points[0]), float(points[-1]), points.size, ends
         even = np.linspace(self._first, self._last, points.size)
         self._even = bool(np.max(np.abs(points - even)) <= EVEN * (even[1] - even[0]))
-        self._search, self._read = _interval(points), _entries(points, 2)
+        self._search, self._read = interval(points), entries(points, 2)
 
     def interval(self, x: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """Number of the interval, place in it (0..1), its width, and how far x is beyond the ends (0 between them)."""
@@ -287,22 +249,3 @@ def _require_finite(numbers: np.ndarray, what: str) -> None:
     if bad.size:
         place = ", ".join(str(int(i) + 1) for i in bad[0])
         raise ValueError(f"{what} must be finite, got {numbers[tuple(bad[0])]} at number {place}")
-
-
-def _entries(numbers: np.ndarray, count: int) -> ca.Function:
-    """(place) -> the `count` entries from there on."""
-    place = ca.MX.sym("place")
-    array = ca.MX(ca.DM(numbers.ravel()))
-    return _looking_up(_ENTRIES, numbers, place, [array[place + k] for k in range(count)])
-
-
-def _interval(points: np.ndarray) -> ca.Function:
-    """(x) -> the interval in which x lies."""
-    x = ca.MX.sym("x")
-    return _looking_up(_INTERVAL, points, x, [ca.low(ca.DM(points), x, {"lookup_mode": "binary"})])
-
-
-def _looking_up(prefix: str, numbers: np.ndarray, argument: ca.MX, results: list[ca.MX]) -> ca.Function:
-    """A function that stays one call in a graph, named after its numbers."""
-    name = prefix + hashlib.sha256(np.ascontiguousarray(numbers, "<f8").tobytes()).hexdigest()[:16]
-    return ca.Function(name, [argument], results, {"never_inline": True})

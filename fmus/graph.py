@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 import numpy as np
 
-from gyro_cosim.component.tables import is_lookup, lookup_of
+from gyro_cosim.component.lookups import is_lookup, lookup_of
 
 __all__ = ["COMMUTATIVE", "Graph", "Operation", "arrays_of", "of_function"]
 
@@ -28,7 +28,7 @@ class Operation:
     ----------
     name : str
         CasADi's name of it in lower case, without "OP_"; "input" and "const" for the leaves; "entry" and "interval" for what
-        is looked up in a table (component/tables.py).
+        is looked up in a table (component/lookups.py).
     arguments : tuple of int
         Places of its operands.
     place : tuple of int
