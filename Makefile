@@ -1,5 +1,5 @@
 # Each of these does its own set-up: a virtual environment in .venv with this package and what it needs.
-.PHONY: run test test-all check bench paper studies gallery torture fuzz powerloss wheel clean
+.PHONY: run test test-all check bench paper studies gallery torture fuzz powerloss kills wheel clean
 
 PYTHON ?= python3
 ifeq ($(OS),Windows_NT)
@@ -49,6 +49,10 @@ fuzz: $(DEVELOP)
 # Loss of power at every call that changes a file, some 20 minutes; see docs/reliability.md.
 powerloss: $(DEVELOP)
 	$(BIN)/python campaigns/powerloss.py
+
+# 300 kill -9 at random instants, some half an hour; see docs/reliability.md.
+kills: $(DEVELOP)
+	$(BIN)/python campaigns/kills.py
 
 paper: $(READY)
 	$(BIN)/cosim paper
