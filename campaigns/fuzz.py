@@ -17,96 +17,28 @@ The last five are findings: written to FOLDER with the number that makes them ag
 """
 
 import argparse
-import io
-import json
 import logging
 import os
 import random
+import re
 import resource
 import signal
 import sys
 import tempfile
 import time
-import zipfile
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mutation import Changed, of_archive, of_bytes, of_table, of_toml, of_xml
+from doors import Door, doors
+from mutation import Changed
 
-from gyro_cosim import System, fmus, open_network, simulate, system
 from gyro_cosim.errors import RunError
-from gyro_cosim.slaves.fmi import description
-from gyro_cosim.slaves.fmi.signals import described
-from gyro_cosim.slaves.processes.protocol import document
-from gyro_cosim.slaves.processes.serving import read_values
-from gyro_cosim.ssp import packing, reading
-from gyro_cosim.ssp.parameter_files import read_parameters
-from gyro_cosim.ssp.toml_files import read_system
-from gyro_cosim.systems import catalogue
-from gyro_cosim.systems.scenario import read_scenario
-from gyro_cosim.systems.series import read_inputs
-from gyro_cosim.trajectory import read_results
-from gyro_cosim.trajectory.origin import parsed
 
 LONGEST, MEMORY = 10, 1 << 30  # s; bytes over what the process needs anyway
 FINDINGS = ("silent", "traceback", "hang", "memory", "crash")
-ROOT = Path(__file__).parent.parent
-
-SCENARIO = b"""[[event]]
-at = "10 s"
-set = "gyro.gimbal_damping"
-to = 0.01
-
-[[event]]
-at = "12 s"
-ramp = "gyro.rotor_speed"
-to = "200 rpm"
-over = "5 s"
-
-[[event]]
-at = "20 s"
-freeze = "vehicle.yaw_moment"
-"""
-SYSTEM = b"""name = "pair"
-step = "1 ms"
-stop = "10 s"
-connections = [ "vehicle.yaw_rate -> gyro.yaw_rate", { from = "gyro.yaw_moment", to = "vehicle.yaw_moment", factor = 1.0 } ]
-
-[components.vehicle]
-source = "vehicle:wheel_pair"
-parameters = { speed = "36 km/h" }
-
-[components.gyro]
-source = "gyro_unit:linear"
-
-[[stop_when]]
-signal = "vehicle.lateral_displacement"
-above = 0.005
-says = "the flange touches"
-"""
-PARAMETERS = b"""[gyro]
-rotor_speed = "100 rpm"
-gimbal_stiffness = "0.0045 N.m/rad"
-
-[vehicle]
-speed = "10.0 m/s"
-"""
-SERIES = b"time,gyro.yaw_rate [rad/s],u\n0,0,1\n0.5,1,2\n0.5,2,2\n1,3,4\n"
-
-
-@dataclass(frozen=True)
-class Door:
-    """One kind of input: a good one, what makes a mistake in it, what reads it. ending : of the file that it stands in."""
-
-    good: bytes
-    mutate: Callable[[bytes, random.Random], Changed]
-    read: Callable[[Path], Any]
-    ending: str
 
 
 class _Heard(logging.Handler):
@@ -119,87 +51,6 @@ class _Heard(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Take note."""
         self.said = True
-
-
-def _described(file: Path) -> Any:
-    model = description.parse(str(file), file.read_bytes())
-    return model, described(model)
-
-
-def _fmu(file: Path) -> Any:
-    model = description.read(str(file))
-    return model, described(model)
-
-
-def _message(file: Path) -> Any:
-    told = document(file.read_bytes())
-    return read_values(told.get("values"))
-
-
-def _with_parameters(plan: System, file: Path) -> Any:
-    """The system with what a parameter file sets, opened: names are looked up then."""
-    for target, value in read_parameters(file, plan):
-        plan = plan.with_value(target, value)
-    with open_network(plan) as network:
-        return network.values
-
-
-def doors(folder: Path) -> dict[str, Door]:
-    """All of them; good inputs are made in `folder`."""
-    pair = system("wheel-pair")
-    made = folder / "pair.ssp"
-    packing.pack(pair, made)
-    ours = Path(catalogue.fmu("gyro_unit:linear"))
-    (third,) = fmus.export(catalogue.component("gyro_unit:linear"), folder, fmi=("3",))
-    run = simulate(pair, stop=0.05)
-    results = {}
-    for ending in (".csv", ".mat", ".parquet", ".mf4"):
-        try:
-            run.trajectory.save(folder / f"run{ending}")
-            results[ending] = (folder / f"run{ending}").read_bytes()
-        except (ValueError, ImportError, RunError):  # an extra that is not installed
-            continue
-    with zipfile.ZipFile(made) as archive:
-        ssd = archive.read("SystemStructure.ssd")
-    with zipfile.ZipFile(ours) as archive:
-        second = archive.read("modelDescription.xml")
-    with zipfile.ZipFile(third) as archive:
-        newest = archive.read("modelDescription.xml")
-    origin = json.dumps({"gyro_cosim_origin": 1, "command": ["run", "x"], "folder": ".", "versions": {"a": "1"}, "hashes": {},
-                         "units": {"a.y": "m"}}).encode()  # fmt: skip
-    message = json.dumps({"values": {"speed": 1.0, "x": [1, 2]}, "t": 0.0, "stop": 1.0}).encode()
-    small = _small(ours.read_bytes())
-    found = {
-        "description-2": Door(second, of_xml, _described, ".xml"),
-        "description-3": Door(newest, of_xml, _described, ".xml"),
-        "fmu": Door(small, of_archive, _fmu, ".fmu"),
-        "ssd": Door(ssd, of_xml, reading.read, ".ssd"),
-        "ssp": Door(_small(made.read_bytes()), of_archive, reading.read, ".ssp"),
-        "toml-system": Door(SYSTEM, of_toml, read_system, ".toml"),
-        "toml-scenario": Door(SCENARIO, of_toml, read_scenario, ".toml"),
-        "toml-parameters": Door(PARAMETERS, of_toml, lambda file: _with_parameters(pair, file), ".toml"),
-        "series": Door(SERIES, of_table, read_inputs, ".csv"),
-        "origin": Door(origin, of_bytes, lambda file: parsed(file.read_text(encoding="utf-8"), "x"), ".json"),
-        "message": Door(message, of_bytes, _message, ".json"),
-        **{f"results{ending}": Door(content, of_table if ending == ".csv" else of_bytes, read_results, ending)
-           for ending, content in results.items()},
-    }  # fmt: skip
-    library = ROOT / "vehicle" / "library" / "lrt.toml"
-    if library.is_file():
-        from gyro_cosim.vehicle.described.reading import read as read_vehicle
-
-        found["toml-vehicle"] = Door(library.read_bytes(), of_toml, read_vehicle, ".toml")
-    return found
-
-
-def _small(data: bytes) -> bytes:
-    """An archive without its large members: what is read of them here is their names."""
-    target = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(target, "w") as other:
-        for name in archive.namelist():
-            content = archive.read(name)
-            other.writestr(name, _small(content) if name.endswith(".fmu") else content if len(content) < 50_000 else b"large")
-    return target.getvalue()
 
 
 def made(door: Door, name: str, seed: int, number: int) -> Changed:
@@ -242,7 +93,7 @@ def _late(number: int, frame: Any) -> None:
 
 def _shown(found: Any) -> str:
     with np.printoptions(threshold=sys.maxsize):
-        return repr(found)
+        return re.sub(r" at 0x[0-9a-f]+", "", repr(found))  # where an object lies says nothing of it
 
 
 def some(name: str, door: Door, seed: int, numbers: range, folder: Path, at: Any, results: Any) -> None:
@@ -300,7 +151,7 @@ def main() -> int:
     """Exit code 1 where there are findings."""
     parser = argparse.ArgumentParser(description="doors under mutated input")
     parser.add_argument("doors", nargs="*")
-    parser.add_argument("--inputs", type=int, default=2000, help="of each door")
+    parser.add_argument("--inputs", type=int, default=2000, help="of each door; fewer where one takes long")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="a folder for what was found")
     chosen = parser.parse_args()
@@ -309,7 +160,8 @@ def main() -> int:
         there = doors(Path(scratch))
         for name in chosen.doors or there:
             began = time.perf_counter()
-            outcomes, findings = campaign(name, there[name], chosen.seed, chosen.inputs, Path(scratch))
+            count = max(1, round(chosen.inputs * there[name].share))
+            outcomes, findings = campaign(name, there[name], chosen.seed, count, Path(scratch))
             total += outcomes
             told = ", ".join(f"{outcome} {n}" for outcome, n in sorted(outcomes.items()))
             print(f"{name:<16} {sum(outcomes.values()):>7} inputs, {time.perf_counter() - began:5.0f} s: {told}", flush=True)

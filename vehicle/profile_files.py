@@ -268,6 +268,8 @@ def _ends_cut(y: np.ndarray, z: np.ndarray, kind: str, notes: list[str]) -> tupl
         raise ValueError(f"a profile must not fold back, got y = {1e3 * y[i + 1]:.4g} mm after {1e3 * y[i]:.4g} mm")
     start = int(back[inner].max()) + 1 if inner.any() else 0
     end = int(back[outer].min()) + 1 if outer.any() else y.size
+    if end - start < LEAST_POINTS:
+        raise ValueError(f"a profile must have {LEAST_POINTS} points or more between its ends, got {max(0, end - start)}")
     if start or end < y.size:
         notes.append(f"cut to y from {1e3 * y[start]:.4g} to {1e3 * y[end - 1]:.4g} mm, where the ends turn back")
     return y[start:end], z[start:end]

@@ -25,10 +25,11 @@ def test_every_door_takes_its_good_input(there, tmp_path):
 
 def test_mutated_input_is_read_or_refused_in_one_line(there, tmp_path):
     for name, door in there.items():
-        outcomes, findings = fuzz.campaign(name, door, 7, INPUTS, tmp_path)
+        count = max(2, round(INPUTS * door.share))
+        outcomes, findings = fuzz.campaign(name, door, 7, count, tmp_path)
         assert findings == [], name
-        assert outcomes["refused"] + outcomes["read"] == INPUTS, name
-        assert outcomes["refused"] > INPUTS / 4, name  # the mistakes are mistakes
+        assert outcomes["refused"] + outcomes["read"] == count, name
+        assert outcomes["refused"] > count / 5, name  # the mistakes are mistakes
 
 
 def test_the_campaign_finds_what_it_looks_for(there, tmp_path):

@@ -1,6 +1,8 @@
 """What a run keeps: selection, thinning, streaming; adaptive steps; checkpoints that lose no bit."""
 
 import os
+import re
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -365,3 +367,23 @@ def test_the_first_difference_of_two_results_is_named() -> None:
     assert str(first_difference(one, short)) == "length at t = 3 s was 4 points, is 3 points"
     assert str(first_difference(one, replace(one, names=("a", "c")))) == "signals of b was there, is lost"
     assert str(first_difference(one, replace(one, units=("m", "s")))) == "units of b was '', is 's'"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals end no process there")
+def test_a_reader_of_mf4_that_crashes_or_fails_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """asammdf ends its process at some damaged files."""
+    file, package = tmp_path / "run.mf4", tmp_path / "asammdf"
+    file.write_bytes(b"MDF     4.10    damaged")
+    package.mkdir()
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    for code, says in (
+        ("import os; os.kill(os.getpid(), 11)", "asammdf, which reads it, ended with signal 11"),
+        ("import os; os._exit(3)", "asammdf, which reads it, ended with exit code 3"),
+        ("def MDF(file):\n    print('noise')\n    raise KeyError('one\\ntwo')", "KeyError: 'one"),
+    ):
+        (package / "__init__.py").write_text(code)
+        with pytest.raises(
+            ValueError, match=re.escape(f"{str(file)!r} must be a .mf4 that holds results over time: {says}")
+        ) as error:
+            read_results(file)
+        assert "\n" not in str(error.value)

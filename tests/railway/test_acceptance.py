@@ -157,7 +157,10 @@ def test_recorded_runs_are_assessed_from_the_prompt(cosim: Callable[..., Any], t
         ("raito = 0.8", "raito: a limit must be one of ratio, "),
         ("ratio = -1", "ratio: a limit must be a positive number in SI units, got -1"),
         ("ratio = '0.8'", "ratio: a limit must be a positive number in SI units, got '0.8'"),
-        ("ratio = ", "must be a TOML file of limits: "),
+        ("ratio = 1" + "0" * 400, "ratio: a limit must be a positive number in SI units, got 1000"),
+        ("xyz = 1", "xyz: a limit must be one of ratio, "),
+        ("ratio = ", "a file of limits must be TOML: "),
+        ("ratio = " + "[" * 5000, "a file of limits must be TOML that is nested less deeply"),
     ],
 )
 def test_a_file_of_limits_that_is_wrong_is_one_line(text: str, says: str, tmp_path: Path) -> None:

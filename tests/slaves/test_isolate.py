@@ -122,10 +122,9 @@ def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path: Path, mon
     code += "; time.sleep(60)"
     place, file = tmp_path / "place", str(small_fmus.mixed(tmp_path))
     place.mkdir()
-    stranger, unlocked = place / "cosim-stranger", place / "other"
-    stranger.mkdir()  # no lock in it: nobody knows whose it is
-    unlocked.mkdir()
-    (unlocked / scratch.LOCK).touch()  # not called as ours are
+    stranger, early = place / "cosim-stranger", place / f"{scratch.PREFIX}x"
+    stranger.mkdir()  # not called as ours are
+    early.mkdir()  # its process was killed before it had locked it
     folders = []
     with contextlib.ExitStack() as stack:
         for _ in range(2):
@@ -138,6 +137,7 @@ def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path: Path, mon
             assert process.stdout is not None
             assert process.stdout.readline()
             folders.append(next(p for p in place.glob("cosim-*") if p not in (*folders, stranger)))
+            assert not early.exists()
             if len(folders) == 1:
                 process.kill()
                 process.wait()
@@ -147,4 +147,4 @@ def test_what_a_killed_process_leaves_is_removed_by_the_next(tmp_path: Path, mon
         slave = open_slave("s", file)
         assert folders[1].is_dir()
         slave.close()
-        assert sorted(place.iterdir()) == sorted([folders[1], stranger, unlocked])
+        assert sorted(place.iterdir()) == sorted([folders[1], stranger])

@@ -1,6 +1,5 @@
 """cosim report: what is in files of results, as one page."""
 
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +7,7 @@ import typer
 
 from gyro_cosim.component.whole_files import write_whole
 
+from ..slaves.scratch import ScratchFolder
 from .common import AsJson, needs, say, tell, writable
 from .given import repeated
 
@@ -48,8 +48,8 @@ def command(
             raise ValueError(f"--again must be of one RUN, got {len(files)}")
         made = Made.of(files[0])
         tell(made.changed)
-        with tempfile.TemporaryDirectory(prefix="cosim-report-") as scratch:
-            whole = Path(scratch) / "page.html"
+        with ScratchFolder() as scratch:
+            whole = scratch / "page.html"
             different = first_difference(made.results, made.again("--report", str(whole), "--report-variants", offered or "all"))
             if different is not None:
                 raise RunError(

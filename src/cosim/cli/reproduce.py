@@ -4,7 +4,6 @@ import contextlib
 import os
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import RunError
+from ..slaves.scratch import ScratchFolder
 from ..trajectory import Origin, Trajectory, read_with_origin
 from ..trajectory.sameness import Difference, first_difference
 from .common import AsJson, say, tell
@@ -90,8 +90,8 @@ class Made:
 
     def again(self, *more: str) -> Trajectory:
         """The results of the command, run in a process of its own with `more` options, in a file of the same format."""
-        with tempfile.TemporaryDirectory(prefix="cosim-reproduce-") as scratch:
-            result = Path(scratch) / f"again{self.file.suffix}"
+        with ScratchFolder() as scratch:
+            result = scratch / f"again{self.file.suffix}"
             wanted = [INNER, f"{self.component}={result}"] if self.component else ["--output", str(result)]
             call = [sys.executable, "-P", "-m", "gyro_cosim", *self.arguments, *wanted, *more]
             done = subprocess.run(call, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=None, env=os.environ, check=False)

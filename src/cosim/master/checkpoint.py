@@ -3,7 +3,6 @@
 import hashlib
 import io
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,15 +105,23 @@ class Resume:
         try:
             with archive.opened(str(self.file)), np.load(io.BytesIO(content), allow_pickle=False) as held:
                 return {name: held[name] for name in held.files}
-        except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{where} cannot be read: {error}") from None
+        except Exception as error:  # numpy and zipfile fail in ways of their own
+            raise ValueError(f"{where} cannot be read: {' '.join(str(error).split())}") from None
 
     def restore(self, fingerprint: str, network: Network, begun: RunState, recorder: Recorder, grid: TimeGrid) -> RunState:
         """Put everything back; returns the state of the run. ValueError if the checkpoint is of another run.
 
         begun : the state at the start of the run that goes on. grid : its communication points.
         """
-        data = self._load()
+        try:
+            return self._restored(self._load(), fingerprint, network, begun, recorder, grid)
+        except (KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:  # its checksum is right, nothing else
+            said = f"{type(error).__name__}: {error}"
+            raise ValueError(f"checkpoint {str(self.file)!r} must hold the state of a run: {said}") from None
+
+    def _restored(
+        self, data: dict[str, np.ndarray], fingerprint: str, network: Network, begun: RunState, recorder: Recorder, grid: TimeGrid
+    ) -> RunState:
         if str(data["fingerprint"]) != fingerprint:
             raise ValueError(
                 f"checkpoint {str(self.file)!r} must be of this run: same system, values, algorithm, start, step and signals"

@@ -61,6 +61,10 @@ class RunState:
 
     def from_arrays(self, data: Mapping[str, np.ndarray]) -> "RunState":
         """The state that arrays() gave; what does not change in a run (which signals are held) is taken from this one."""
+        for name, mine in self.arrays().items():
+            theirs, many = data[name], name in ("energy_past", "history_t", "history_Y")  # of which there are few at first
+            if theirs.dtype != mine.dtype or theirs.shape[many:] != mine.shape[many:] or theirs.ndim != mine.ndim:
+                raise ValueError(f"{name} of a state must be {mine.dtype}, {mine.shape}, got {theirs.dtype}, {theirs.shape}")
         residual, peak, exchanged, past, step = (data[f"energy_{f.name}"] for f in fields(self.energy))
         return RunState(
             done=int(data["done"]),

@@ -1,11 +1,14 @@
 """The limits that a run is judged by: EN 14363's for passenger vehicles, or those of a file."""
 
 import difflib
-import tomllib
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+from ..systems.scenario import read_toml
+
 __all__ = ["Limits", "read"]
+
+MOST = 1e300  # of whole numbers in TOML, which know no bounds
 
 
 @dataclass(frozen=True)
@@ -52,15 +55,13 @@ def read(file: Path) -> Limits:
     OSError
         If it cannot be read.
     """
-    try:
-        given = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ValueError(f"{file}: must be a TOML file of limits: {error}") from None
+    given = read_toml(file, f"{file}: a file of limits")
     known = [f.name for f in fields(Limits)]
     for key, value in given.items():
         if key not in known:
             near = difflib.get_close_matches(key, known, 1)
-            raise ValueError(f"{file}: {key}: a limit must be one of {', '.join(known)}" + f"; {near[0]} is near" * bool(near))
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not value > 0.0:
+            hint = f"; {near[0]} is near" if near else ""
+            raise ValueError(f"{file}: {key}: a limit must be one of {', '.join(known)}{hint}")
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value <= MOST:
             raise ValueError(f"{file}: {key}: a limit must be a positive number in SI units, got {value!r}")
     return replace(Limits(), **{key: float(value) for key, value in given.items()})

@@ -9,10 +9,11 @@ import hashlib
 import os
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from ..slaves.scratch import ScratchFolder
 
 PAGE = Path(__file__).parent / "page"
 BUILT = PAGE / "built"  # in wheels
@@ -66,7 +67,7 @@ def build(folder: Path) -> None:
 def built_in(options: Sequence[str] = ()) -> Iterator[tuple["Node", Path]]:
     """A copy of the page's sources with its packages, for as long as the context lasts; `options` of npm ci."""
     node = _node()
-    with tempfile.TemporaryDirectory(prefix="cosim-page-") as scratch:
+    with ScratchFolder() as scratch:
         work = Path(scratch, "page")
         shutil.copytree(PAGE, work, ignore=shutil.ignore_patterns("built", "node_modules"))
         _run([*node.npm, "ci", *options, "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"], work)

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,6 +18,7 @@ from ..export import pack_fmu
 from ..export.components import packed
 from ..export.package import KERNEL
 from ..master import open_network
+from ..slaves.scratch import ScratchFolder
 from ..systems import System, catalogue
 from . import signals
 
@@ -100,7 +100,7 @@ def compiled(system: System, algorithm: Algorithm, step: float) -> Module:
     shelf = catalogue.cache_folder() / "web"
     kept = shelf / f"{_key(system, algorithm, step)}.fmu"
     if not kept.is_file():
-        with tempfile.TemporaryDirectory(prefix="cosim-web-") as scratch:
+        with ScratchFolder() as scratch:
             (made,) = pack_fmu(system, scratch, algorithm=algorithm, step=step, platforms=("wasm32",), sources=False)
             content = made.read_bytes()
         try:
@@ -165,7 +165,7 @@ def _key(system: System, algorithm: Algorithm, step: float) -> str:
 
 
 def _read(content: bytes) -> Module:
-    with tempfile.TemporaryDirectory(prefix="cosim-web-") as scratch:
+    with ScratchFolder() as scratch:
         file = Path(scratch, "system.fmu")
         file.write_bytes(content)
         described = fmpy.read_model_description(str(file), validate=False)

@@ -1,9 +1,8 @@
 """Temporary folders that go with their process, or else with the next one.
 
-A process that is killed cannot remove its folders. So each holds a file that its owner keeps locked, and the kernel frees the
-lock with the process, however that ends. Who takes a first folder looks for those whose lock is free, and removes them. The
-file gets its name only once it is locked: a folder that has just been made is never taken for a stale one. Where files cannot
-be locked (Windows), stale folders stay.
+A process that is killed cannot remove its folders. So it keeps each locked, and the kernel frees the lock with the process,
+however that ends. Who takes a first folder looks for those whose lock is free, and removes them. One that is taken for a left one
+after it was made and before it was locked is made again. Where folders cannot be locked (Windows), stale ones stay.
 """
 
 import contextlib
@@ -14,14 +13,13 @@ import weakref
 from functools import lru_cache
 from pathlib import Path
 from types import TracebackType
-from typing import IO
 
 try:
     import fcntl
 except ImportError:
     fcntl = None  # type: ignore[assignment]
 
-PREFIX, LOCK = "cosim-", ".cosim-lock"
+PREFIX = "cosim-scratch-"
 
 
 class ScratchFolder:
@@ -29,8 +27,8 @@ class ScratchFolder:
 
     def __init__(self) -> None:
         clean(tempfile.gettempdir())
-        self.path = Path(tempfile.mkdtemp(prefix=PREFIX))
-        self.remove = weakref.finalize(self, _remove, self.path, _lock(self.path))
+        self.path, lock = _made()
+        self.remove = weakref.finalize(self, _remove, self.path, lock)
 
     def __enter__(self) -> Path:
         return self.path
@@ -54,29 +52,35 @@ def clean(place: str) -> None:
 def _clean_one(entry: "os.DirEntry[str]") -> None:
     if entry.is_symlink() or entry.stat(follow_symlinks=False).st_uid != os.getuid():
         return
-    with Path(entry.path, LOCK).open("rb") as file:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # BlockingIOError, an OSError, where the owner lives
+    folder = os.open(entry.path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)  # BlockingIOError, an OSError, where the owner lives
         shutil.rmtree(entry.path, ignore_errors=True)
+    finally:
+        os.close(folder)
 
 
-def _lock(folder: Path) -> IO[bytes] | None:
-    """The open, locked file that says that the owner lives; None where there can be none."""
-    if fcntl is None:
-        return None
-    try:
-        file = (folder / f"{LOCK}-new").open("wb")
-    except OSError:
-        return None
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        (folder / f"{LOCK}-new").rename(folder / LOCK)
-    except OSError:
-        file.close()
-        return None
-    return file
+def _made() -> tuple[Path, int | None]:
+    """A new folder, and what keeps its lock; None where there can be none."""
+    while True:
+        path = Path(tempfile.mkdtemp(prefix=PREFIX))
+        if fcntl is None:
+            return path, None
+        try:
+            lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+        except FileNotFoundError:
+            continue
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        except OSError:  # a file system without locks
+            os.close(lock)
+            return path, None
+        if path.is_dir():
+            return path, lock
+        os.close(lock)
 
 
-def _remove(folder: Path, lock: IO[bytes] | None) -> None:
+def _remove(folder: Path, lock: int | None) -> None:
     shutil.rmtree(folder, ignore_errors=True)
     if lock is not None:
-        lock.close()
+        os.close(lock)

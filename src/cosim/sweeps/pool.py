@@ -8,10 +8,11 @@ What a run is, is the Task's to say: of a sweep, one run of its system (SweepTas
 """
 
 import contextlib
+import ctypes
 import multiprocessing
 import os
-import shutil
 import signal
+import sys
 import tempfile
 import time
 from collections import deque
@@ -21,7 +22,9 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
+from ..keeping.keeper import DIE_WITH_PARENT
 from ..master.side_by_side import SideBySide
+from ..slaves.scratch import ScratchFolder
 from .axes import Point
 from .crew import REPORT, Crew, Task, Worker
 from .plan import FIXED, SweepContext
@@ -63,6 +66,8 @@ def _work(connection: Connection, task: Task, files: Mapping[str, str], scratch:
     scratch : where its temporary files go; the parent removes it, so that a worker that is killed leaves nothing behind.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    if sys.platform == "linux":  # a run may take long, and nobody wants its row any more
+        ctypes.CDLL(None).prctl(DIE_WITH_PARENT, signal.SIGKILL)
     os.environ["TMPDIR"], tempfile.tempdir = scratch, None
     crew = Crew(task, files, lanes, expected)
     held: deque[tuple[str, Point]] = deque()
@@ -135,7 +140,8 @@ class Pool:
         """Rows of all runs in `todo`, in any order; the processes end with the generator."""
         waiting = deque(todo.items())
         self._expected = len(waiting) // self._count
-        self._scratch = tempfile.mkdtemp(prefix="cosim-sweep-")
+        scratch = ScratchFolder()
+        self._scratch = str(scratch.path)
         try:
             for _ in range(min(self._count, len(waiting))):
                 self._workers.append(self._start())
@@ -160,7 +166,7 @@ class Pool:
             for worker in self._workers:
                 worker.close()
             self._workers.clear()
-            shutil.rmtree(self._scratch, ignore_errors=True)
+            scratch.remove()
 
     def _start(self) -> _Process:
         spawning = multiprocessing.get_context("spawn")

@@ -1,6 +1,11 @@
 """Results in .mf4 files: MDF 4.1 of ASAM, as measurements are kept, in one group of channels with `time` as its master."""
 
 import datetime
+import io
+import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +14,7 @@ from .origin import Origin
 from .signals import Trajectory
 
 ORIGIN = "gyro_cosim.origin.json"  # the attachment that says where the file comes from
+LEAST, PER_MB = 60.0, 1.0  # s that reading may take, of any file and for each MB
 EPOCH = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)  # when a simulation "was measured": the same for every run
 
 
@@ -27,22 +33,22 @@ def write_mdf(trajectory: Trajectory, file: Path, origin: Origin | None) -> None
 
 
 def read_mdf(file: Path) -> tuple[Trajectory, str]:
-    """The trajectory in the first group of an .mf4 file, anyone's, and the text of its origin, perhaps empty."""
-    from asammdf import MDF
-    from asammdf.blocks.utils import MdfException
+    """The trajectory in the first group of an .mf4 file, anyone's, and the text of its origin, perhaps empty.
 
+    It is read in a process of its own, which a damaged file can end (mdf_reading.py).
+    """
+    with file.open("rb") as stream:
+        patience = LEAST + PER_MB * os.fstat(stream.fileno()).st_size / 1e6
+    command = [sys.executable, "-P", "-m", "gyro_cosim.trajectory.mdf_reading", str(file.resolve())]
     try:
-        with MDF(file) as opened:
-            if not opened.groups:
-                raise ValueError("it must hold a group of channels")
-            master = opened.masters_db.get(0)
-            places = [k for k in range(len(opened.groups[0].channels)) if k != master]
-            signals = [opened.get(group=0, index=k) for k in places]
-            t = np.array(opened.get_master(0), dtype=float)
-            told = [k for k, block in enumerate(opened.attachments) if str(block.file_name) == ORIGIN]
-            origin = bytes(opened.extract_attachment(told[0])[0]).decode() if told else ""
-    except MdfException as error:
-        raise ValueError(str(error).partition("\n")[0]) from None
-    numbers = [s for s in signals if s.samples.ndim == 1 and s.samples.dtype.kind in "fiub"]
-    values = np.array([np.asarray(s.samples, dtype=float) for s in numbers]).T.reshape(t.size, len(numbers))
-    return Trajectory(t, tuple(s.name for s in numbers), tuple(s.unit for s in numbers), values), origin
+        done = subprocess.run(command, capture_output=True, stdin=subprocess.DEVNULL, timeout=patience, check=False)
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"asammdf does not come to an end with it within {patience:.0f} s") from None
+    if done.returncode == 1:
+        raise ValueError(done.stderr.decode(errors="replace").strip().rpartition("\n")[2])
+    if done.returncode != 0:
+        how = f"signal {-done.returncode}" if done.returncode < 0 else f"exit code {done.returncode}"
+        raise ValueError(f"asammdf, which reads it, ended with {how}")
+    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as read:
+        t, values, told = read["t"], read["values"], json.loads(str(read["told"]))
+    return Trajectory(t, tuple(told["names"]), tuple(told["units"]), values), str(told["origin"])
