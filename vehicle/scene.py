@@ -87,9 +87,18 @@ def sections(values: Mapping[str, float], flange_side: int) -> dict[str, Any]:
     return laid((wheel.y, wheel.z), (head.y, head.z))
 
 
-def laid(wheel: tuple[np.ndarray, np.ndarray], rail: tuple[np.ndarray, np.ndarray]) -> dict[str, Any]:
-    """Sections by their points: across, outwards, and up from the running line at rest (m)."""
-    return {"wheel": _points(*wheel), "rail": _points(*rail)}
+def laid(
+    wheel: tuple[np.ndarray, np.ndarray], rail: tuple[np.ndarray, np.ndarray],
+    contacts: Sequence[tuple[str, float, float, float, float]] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """Sections by their points: across, outwards, and up from the running line at rest (m).
+
+    contacts : part, shift towards the flange (m), place outwards and up (m), contact angle (rad)
+    """
+    found: dict[str, Any] = {"wheel": _points(*wheel), "rail": _points(*rail)}
+    if contacts:
+        found["contacts"] = [[part, *(round(float(value), 6) for value in rest)] for part, *rest in contacts]
+    return found
 
 
 def _points(y: np.ndarray, z: np.ndarray) -> list[list[float]]:
@@ -101,10 +110,11 @@ def _points(y: np.ndarray, z: np.ndarray) -> list[list[float]]:
 def of_vehicle(
     bodies: Sequence[Mapping[str, Any]], forces: Sequence[Mapping[str, Any]], mounts: Sequence[Mapping[str, Any]],
     track: Mapping[str, Any], *, prefer: Sequence[str] = (), profiles: Mapping[str, Any] | None = None,
+    joints: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """The document."""
     return {
         "format": FORMAT, "prefer": list(prefer), "track": dict(track), "bodies": [dict(body) for body in bodies],
         "forces": [dict(force) for force in forces], "mounts": [dict(mount) for mount in mounts],
-        "profiles": dict(profiles or {}),
+        "profiles": dict(profiles or {}), **({"joints": list(joints)} if joints else {}),
     }  # fmt: skip

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .. import scene
+from .between import Link, RollBar, Springs
 from .description import Body, Description
 from .wheels import sections_of
 
@@ -12,6 +13,7 @@ __all__ = ["scene_of"]
 # m: breadth, floor and roof over the rails, how far the body reaches beyond the wheelsets
 CAR = {"size_y": 2.3, "floor": 0.45, "roof": 3.2, "beyond": 2.5}
 BOGIE = [2.0, 1.6, 0.2]  # m
+STUB = 0.12  # m
 
 
 def scene_of(d: Description, names: Sequence[str]) -> dict[str, Any]:
@@ -63,7 +65,21 @@ def scene_of(d: Description, names: Sequence[str]) -> dict[str, Any]:
         {"distance": f"{first or leading.name}_distance", "curvature": "curvature", "half_gauge": s["contact_half_distance"]},
         prefer=[name for name in wanted if name in names],
         profiles=sections_of(d),
+        joints=[_joint(d, joint) for joint in d.joints if not isinstance(joint, RollBar)],
     )  # fmt: skip
+
+
+def _joint(d: Description, joint: Springs | Link) -> dict[str, Any]:
+    """Where springs and links are: each as a line, springs as short ones along z."""
+    s = d.starts()
+    if isinstance(joint, Link):
+        ends = [[float(value) for value in end.of(s)] for end in (joint.upper_end, joint.lower_end)]
+        lines = [ends, [[x, -y, z] for x, y, z in ends]] if joint.mirrored else [ends]
+        return {"name": joint.name, "kind": "link", "lines": lines}
+    x, y, z = (float(value) for value in joint.at.of(s))
+    half_x, half_y = float(joint.half_x.of(s)), float(joint.half_y.of(s))
+    places = [(x + a * half_x, y + b * half_y) for a in ((1, -1) if half_x else (0,)) for b in ((1, -1) if half_y else (0,))]
+    return {"name": joint.name, "kind": "springs", "lines": [[[u, v, z - STUB], [u, v, z + STUB]] for u, v in places]}
 
 
 def _body(d: Description, body: Body, names: Sequence[str], *, car: bool, span: tuple[float, float]) -> dict[str, Any]:

@@ -203,4 +203,6 @@ def sections_of(d: Description) -> dict[str, Any]:
     m = d.wheels
     y, z, _, _ = placed_rail(m.rails[0], m.gauge, m.inclination)
     half = m.inner_distance / 2 + TAPE
-    return scene.laid((m.wheels[0].y, m.wheels[0].z), (y - half, z))
+    pairing = pairing_of(d)
+    assert isinstance(pairing, Tabulated)
+    return scene.laid((m.wheels[0].y, m.wheels[0].z), (y - half, z), pairing.contacts())

@@ -18,6 +18,7 @@ from . import drawing
 from .alone import single
 from .common import AsJson, Gyro, Parameters, Swaps, Values, Vehicle, chosen_system, is_system, needs, say
 
+SHOWN = 6  # modes in a picture
 RATES = ("_rate", "_velocity", "speed_deviation", "spin_deviation")
 
 
@@ -40,6 +41,9 @@ def command(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="draw the root locus over one parameter, or a map over two")
     ] = None,
+    shapes: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="draw how the bodies move in the oscillating modes that are damped least")
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """List the modes of a system at rest on straight track: growth, frequency, damping ratio, and which state takes part most.
@@ -48,6 +52,9 @@ def command(
     Given twice it is a map over both parameters.
     """
     needs("--plot", plot, "--over", bool(over))
+    if shapes is not None and over:
+        raise ValueError("--shapes must be left out with --over: it draws the modes of one vehicle")
+    drawing.check(shapes)
     if over and len(over) > 2:
         raise ValueError(f"--over must be given once or twice, got {len(over)} times")
     drawing.check(plot)
@@ -57,6 +64,8 @@ def command(
         raise ValueError(f"--over must name two parameters, got {ranges[0].key} twice")
     rest = AtRest(plan, [one.key for one in ranges], ignorable(plan))
     if not ranges:
+        if shapes is not None:
+            _draw_shapes(rest, shapes)
         found: dict[str, Any] = {"system": plan.name, "velocities": velocities(rest.states), "modes": modes_of(rest)}
         say(as_json, lambda: found, *mode_words(found))
     elif len(ranges) == 1:
@@ -64,6 +73,28 @@ def command(
     else:
         _over_two(rest, ranges[0], ranges[1], plot, as_json)
     return 0
+
+
+def _draw_shapes(rest: AtRest, image: Path) -> None:
+    """The SHOWN oscillating modes that are damped least."""
+    from ..figures import Shape, mode_shapes
+
+    scenes = [(part.name, catalogue.component(part.source).scene) for part in rest.system.components]
+    name, scene = next(((name, scene) for name, scene in scenes if scene and scene.get("bodies")), ("", None))
+    if scene is None:
+        raise ValueError(f"--shapes requires a component with a scene of bodies, {rest.system.name!r} has none")
+    oscillating = [mode for mode in modes_at(rest, ()) if mode.root.imag > 0.0]
+    chosen = sorted(oscillating, key=lambda mode: mode.damping)[:SHOWN]
+    if not chosen:
+        raise ValueError(f"--shapes requires a mode that oscillates, {rest.system.name!r} has none")
+    drawn = []
+    for mode in chosen:
+        states = [state.partition(" - ")[0].removeprefix(f"{name}.") for state in rest.states]  # distances: from the first one
+        motion = dict(zip(states, map(complex, mode.shape), strict=True))
+        moves = mode.moves.removeprefix(f"{name}.")
+        words = f"{mode.frequency:.3g} Hz, damping ratio {mode.damping:.3g}: mostly {moves}"
+        drawn.append(Shape(words, {key: v / motion[moves] for key, v in motion.items()}))
+    drawing.save(mode_shapes(scene, drawn, f"{rest.system.name}: the modes that are damped least"), image)
 
 
 @dataclass(frozen=True)

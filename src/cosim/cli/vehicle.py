@@ -1,5 +1,6 @@
 """cosim vehicle check: reads a vehicle's file; degrees of freedom, what the wheels carry at rest, modes."""
 
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -10,6 +11,7 @@ from gyro_cosim.component import Component
 
 from ..stability.at_rest import AtRest
 from ..systems import catalogue
+from . import drawing
 from .alone import single
 from .common import AsJson, say
 from .modes import ignorable, mode_words, modes_of, velocities
@@ -28,6 +30,10 @@ def step_of(made: Component) -> float:
 def command(
     action: Annotated[str, typer.Argument(metavar="check", help="what to do: check")],
     file: Annotated[str, typer.Argument(metavar="FILE", help="a vehicle's .toml file, or a variant such as vehicle:lrt")],
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="draw it from the side and from above, and the contact of wheel and rail"),
+    ] = None,
     as_json: AsJson = False,
 ) -> int:
     """Read a vehicle, count its degrees of freedom, and list what its wheels carry at rest and its modes there.
@@ -36,6 +42,7 @@ def command(
     """
     if action != "check":
         raise ValueError(f"cosim vehicle must be followed by check, got {action!r}")
+    drawing.check(plot)
     plan = single(file)
     made = catalogue.component(file)
     values = np.array(made.output(made.start_state, made.start_input, made.start_parameters)).ravel()
@@ -47,6 +54,12 @@ def command(
         "vehicle": made.spec, "velocities": velocities(rest.states), "rest_error": float(np.abs(rest.equilibrium(rest.q0)).max()),
         "step": step, "fastest_root_times_step": fastest, "wheel_loads": loads, "modes": modes_of(rest),
     }  # fmt: skip
+    if plot is not None:
+        from ..figures import views
+
+        if not (made.scene and made.scene.get("bodies")):
+            raise ValueError(f"--plot requires a component with a scene of bodies, {made.spec} has none")
+        drawing.save(views(made.scene, f"{made.spec}: {made.description}"), plot)
     table = Table("wheel", "load at rest [N]", box=None, pad_edge=False)
     for wheel, load in loads.items():
         table.add_row(wheel, f"{load:.6g}")

@@ -36,11 +36,14 @@ class Mode:
         |p_k| of each state, shape (n,).
     moves
         The state that takes part most; of equals, as a place and its velocity in an undamped oscillation, the first.
+    shape
+        The right vector, of any size, shape (n,).
     """
 
     root: complex
     participation: np.ndarray
     moves: str
+    shape: np.ndarray
 
     @property
     def frequency(self) -> float:
@@ -66,7 +69,7 @@ def modes_at(rest: AtRest, q: Sequence[float] | np.ndarray) -> list[Mode]:
         if values[k].imag >= 0.0:
             share = shares[:, k]
             first = int(np.flatnonzero(share >= share.max() * (1 - 1e-6))[0])
-            listed.append(Mode(complex(values[k]), share, rest.states[first].partition(" - ")[0]))
+            listed.append(Mode(complex(values[k]), share, rest.states[first].partition(" - ")[0], right[:, k]))
     return listed
 
 
