@@ -33,6 +33,7 @@ COMMANDS = {
     "info": "info",
     "params": "parameters",
     "modes": "modes",
+    "response": "response",
     "vehicle": "vehicle",
     "pack": "pack",
     "serve": "serve",

@@ -152,6 +152,11 @@ class AtRest:
         rates = np.array(self.monolith.f(np.zeros(self.monolith.x0.size), self.parameters(q))).ravel()
         return float(np.abs(np.linalg.lstsq(self.matrix(q), self._T @ rates, rcond=None)[0]).max())
 
+    def driven(self, slope: ca.Function, q: Sequence[float]) -> np.ndarray:
+        """Derivative of z' by the first of the parameters q, shape (n,); `slope` is that of the monolith's rates by its own."""
+        whole = np.array(slope(self.parameters(q))) @ self._spread[:, 0]
+        return np.asarray(self._T @ whole)
+
     def starts(self, z: np.ndarray) -> dict[str, float]:
         """Start values, by `component.state`, that put the system at z, shape (n,): for runs in time."""
         names = (label.partition(" - ")[0] for label in self.states)
