@@ -202,3 +202,40 @@ def test_vehicle_check_says_what_the_wheels_carry(tmp_path: Path, capsys: pytest
     file.write_text(CART.replace('mass = "8 t"', 'mass = "-8 t"'), encoding="utf-8")
     assert main(["vehicle", "check", str(file)]) == 2
     assert capsys.readouterr().err.endswith("cosim: cart.toml: bodies.body.mass must be more than 0 kg, got '-8 t'\n")
+
+
+def test_a_file_may_say_only_in_what_it_differs(tmp_path: Path) -> None:
+    """The library's vehicle with conventional wheelsets extends that of the paper: to the bit what is written by hand."""
+    library = Path(str(files("gyro_cosim.vehicle").joinpath("library")))
+    ours, theirs = component_of(read(library / "lrt_solid_axle.toml")), catalogue.component("vehicle:lrt_solid_axle")
+    assert {v.name: v.start for v in ours.parameters} == {v.name: v.start for v in theirs.parameters}
+    places = {v.name: 1e-3 * (i % 7 - 3) for i, v in enumerate(theirs.states)}
+    a, b = (outputs(c, np.array([places[v.name] for v in c.states])) for c in (ours, theirs))
+    assert a == b
+    (tmp_path / "base.toml").write_text(CART, encoding="utf-8")
+    (tmp_path / "own.toml").write_text(
+        '[vehicle]\nextends = "base.toml"\n[bodies.body]\nmass = "9 t"\n[wheels.other]\nflange = "inside"\n', encoding="utf-8"
+    )
+    own = {v.name: v.start for v in component_of(read(tmp_path / "own.toml")).parameters}
+    assert own["body_mass"] == 9000.0
+    assert own["body_ixx"] == 6000.0
+    assert own["conicity"] == 0.049  # the wheel of another name takes nothing over
+
+
+@pytest.mark.parametrize(
+    ("base", "message"),
+    [
+        ("none.toml", "own.toml: vehicle.extends must be a file beside this one that there is"),
+        ("../base.toml", "own.toml: vehicle.extends must be a file beside this one that there is"),
+        ("vehicle:nine", "own.toml: vehicle.extends must be one of vehicle:lrt, vehicle:lrt_solid_axle, vehicle:manchester_1"),
+        ("own.toml", "vehicle.extends must lead to a file that extends none, within 8 files"),
+        ("bad.toml", "bad.toml: must be TOML"),
+    ],
+)
+def test_what_cannot_be_extended_is_refused(tmp_path: Path, base: str, message: str) -> None:
+    (tmp_path / "bad.toml").write_text("= 3", encoding="utf-8")
+    (tmp_path / "own.toml").write_text(f'[vehicle]\nextends = "{base}"\n', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"vehicle|TOML") as refused:
+        read(tmp_path / "own.toml")
+    assert message in str(refused.value)
+    assert "\n" not in str(refused.value)

@@ -1,7 +1,6 @@
 """From a vehicle file to a `Description`: sections, keys, units, defaults. docs/vehicle-files.md is the schema in words."""
 
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,6 +13,7 @@ from ..lrt_parameters import RUN, drive_rows
 from . import part_sections, rules
 from .course import course_of
 from .description import Body, Description, Drive, Mount, Pivot, Wheelset
+from .extending import document, extended
 from .sections import Book, Section, check_name
 from .values import ZERO, formula
 from .wheels import wheels_of
@@ -57,12 +57,7 @@ def read(path: str | Path) -> Description:
 
 def read_text(text: str, file: str, folder: Path = Path()) -> Description:
     """The same for a text, called `file` in messages; the profiles that it names are looked for in `folder`."""
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{file}: must be TOML: {error}") from None
-    except RecursionError:
-        raise ValueError(f"{file}: must be TOML that is nested less deeply") from None
+    data = extended(document(text, file), file, folder)
     book = Book(file)
     if "vehicle" not in data:
         raise book.error("vehicle", "must be given: the table that makes this a vehicle file")

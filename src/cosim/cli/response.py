@@ -121,10 +121,10 @@ def _draw(
     fig, axes = figure(2, 1, (8.0, 6.5), sharex=True)
     for state, values in chosen.items():
         axes[0, 0].loglog(f, np.abs(values), label=state)
-        axes[1, 0].semilogx(f, np.degrees(np.unwrap(np.angle(values))))
+        axes[1, 0].semilogx(f, np.degrees(np.angle(values)))
     unit = " or ".join(dict.fromkeys(units.values()))
     axes[0, 0].set_ylabel(f"gain [{unit} per m]")
-    axes[1, 0].set(xlabel="frequency [Hz]", ylabel="phase [deg]")
+    axes[1, 0].set(xlabel="frequency [Hz]", ylabel="phase [deg]", ylim=(-185, 185), yticks=range(-180, 181, 90))
     fig.suptitle(f"{plan.name} at {speed:g} m/s: response to {track.replace('_', ' ')} irregularity", fontsize=10)
     legend_above(axes[0, 0])
     drawing.save(fig, image)
