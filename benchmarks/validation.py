@@ -1,4 +1,4 @@
-"""Print our numbers beside others' (docs/validation.md), as tables; half a minute.
+"""Print our numbers beside others' (docs/validation.md), as tables; under a minute.
 
 python benchmarks/validation.py                       # all tables that need no files
 python benchmarks/validation.py klingel               # one
