@@ -9,7 +9,8 @@ comma, semicolon or tab between them, # before remarks.
                     right_lateral, right_vertical: a cubic spline through the points, whose waves reach down to two steps
     speed           distance, speed, and drive (1: on, 0: coasting; on where it is not given): straight between points
 
-The irregularity fades in and out over a length at either end of its record: a vehicle starts on even track.
+The irregularity fades in and out over a length at either end of its record, and is even up to some metres ahead of where the
+vehicle stands: it starts at rest.
 """
 
 import csv
@@ -213,15 +214,16 @@ class Record:
         return zero | {name: both[i] for i, name in enumerate(names)}, zero | {name: both[n + i] for i, name in enumerate(names)}
 
 
-def faded(distance: np.ndarray, displacement: Mapping[str, np.ndarray], fade: float) -> Record:
-    """A record that fades in and out over `fade` metres at either end."""
-    u = np.clip(np.minimum(distance - distance[0], distance[-1] - distance) / fade, 0.0, 1.0) if fade > 0.0 else 1.0
+def faded(distance: np.ndarray, displacement: Mapping[str, np.ndarray], fade: float, start: float = -np.inf) -> Record:
+    """A record that fades in and out over `fade` metres at either end, and is even before `start` (m)."""
+    inside = np.minimum(distance - max(float(distance[0]), start), distance[-1] - distance)
+    u = np.clip(inside / fade, 0.0, 1.0) if fade > 0.0 else 1.0 * (inside >= 0.0)
     ramp = u * u * (3 - 2 * u)
     return Record(distance, {name: values * ramp for name, values in displacement.items()})
 
 
-def record(path: Path, fade: float) -> Record:
-    """Read an irregularity; `fade` (m) as in `faded`."""
+def record(path: Path, fade: float, start: float = -np.inf) -> Record:
+    """Read an irregularity; `fade` and `start` (m) as in `faded`."""
     found = columns(path, dict.fromkeys(("distance", *CHANNELS, *RAILS), "m"))
     distance = found.pop("distance")
     if distance.size < 8:
@@ -247,7 +249,7 @@ def record(path: Path, fade: float) -> Record:
     if rails:
         ll, lv, rl, rv = (found[name] for name in RAILS)
         found = {"lateral": (ll + rl) / 2, "vertical": (lv + rv) / 2, "cross_level": lv - rv, "gauge": ll - rl}
-    return faded(distance, found, fade)
+    return faded(distance, found, fade, start)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,6 @@
 """Tracks by points: a line, its irregularity, a speed over it; what they mean, and which files are refused."""
 
+import json
 from importlib.resources import files
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from gyro_cosim.cli import main
 from gyro_cosim.component import Component
 from gyro_cosim.vehicle.alignment import Alignment
 from gyro_cosim.vehicle.described.component import component_of, component_of_file
@@ -148,6 +150,21 @@ def test_a_random_record_has_the_spectrum_and_repeats_nothing() -> None:
 def test_a_record_fades_without_a_step() -> None:
     rough = faded(np.arange(101.0), {"gauge": np.ones(101)}, 20.0)
     assert rough.displacement["gauge"][[0, 10, 20, 50, 90, 100]] == pytest.approx([0.0, 0.5, 1.0, 1.0, 0.5, 0.0])
+
+
+def test_a_vehicle_on_a_record_starts_at_rest_and_can_be_linearised(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Even up to 5 m ahead of the first wheelset; at the first speed of the file."""
+    (tmp_path / "speeds.csv").write_text("distance [m], speed [km/h]\n0, 36\n100, 36\n200, 54\n", encoding="utf-8")
+    own = tmp_path / "own.toml"
+    own.write_text('[vehicle]\nextends = "vehicle:lrt_solid_axle"\n[track]\nspeed = "speeds.csv"\n'
+                   'random = { level = "high", length = "400 m" }\n', encoding="utf-8")  # fmt: skip
+    c = component_of_file(own)
+    assert next(v.start for v in c.parameters if v.name == "speed") == 10.0
+    rates = np.array(c.rhs(c.start_state, c.start_input, c.start_parameters)).ravel()
+    moving = [abs(r) for v, r in zip(c.states, rates, strict=True) if not v.name.endswith("distance")]
+    assert max(moving) < 1e-6
+    assert main(["vehicle", "check", str(own), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rest_error"] < 1e-6
 
 
 CART = """

@@ -11,10 +11,11 @@ from .sections import Section
 __all__ = ["course_of"]
 
 FADE = "10 m"  # where a file names none
+EVEN = 5.0  # m
 LONGEST = 1e5  # m of a random record
 
 
-def course_of(track: Section, folder: Path) -> Course:
+def course_of(track: Section, folder: Path, foremost: float) -> Course:
     """Take the keys `line`, `irregularity`, `random`, `fade` and `speed`.
 
     Parameters
@@ -23,6 +24,8 @@ def course_of(track: Section, folder: Path) -> Course:
         The table.
     folder : Path
         Where its files are looked for.
+    foremost : float
+        Where the first wheelset stands (m); up to EVEN ahead of it the track is even.
     """
     places = {}
     for key in ("line", "irregularity", "speed"):
@@ -40,16 +43,16 @@ def course_of(track: Section, folder: Path) -> Course:
     try:
         line = track_files.line(places["line"], track.book.rows["contact_half_distance"].start) if "line" in places else None
         if "irregularity" in places:
-            record = track_files.record(places["irregularity"], fade)
+            record = track_files.record(places["irregularity"], fade, foremost + EVEN)
         speeds = track_files.speeds(places["speed"]) if "speed" in places else None
     except ValueError as error:
         raise ValueError(f"{track.book.file}: track: {error}") from None
     if track.has("random"):
-        record = _random(track, fade)
+        record = _random(track, fade, foremost + EVEN)
     return Course(line, record, speeds)
 
 
-def _random(track: Section, fade: float) -> Record:
+def _random(track: Section, fade: float, start: float) -> Record:
     one = track.table("random", ("level", "seed", "length", "step"))
     level = one.text("level", among=LEVELS)
     seed = one.count("seed", 1, 2**31 - 1)
@@ -59,4 +62,4 @@ def _random(track: Section, fade: float) -> Record:
         raise one.error("step", "must be more than 0 and at most 10 m", one.text("step"))
     if not 8 * step <= length <= LONGEST:
         raise one.error("length", f"must be from 8 steps to {LONGEST:g} m", one.text("length"))
-    return track_files.faded(*random_record(level, seed, length, step), fade)
+    return track_files.faded(*random_record(level, seed, length, step), fade, start)

@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from gyro_cosim.component import parameter
 from gyro_cosim.component.units import unit
 
@@ -91,7 +93,10 @@ def read_text(text: str, file: str, folder: Path = Path()) -> Description:
     drive = _drive(book, data, wheelsets)
     track = book.section("track", data.get("track", {}))
     knots, harmonics = track.count("knots", 4, 200), track.count("harmonics", 0, 200)
-    course = course_of(track, folder)
+    course = course_of(track, folder, max((book.number(one.x) for one in wheelsets.values()), default=0.0))
+    if course.speeds is not None and "speed" not in data["vehicle"]:
+        first = float(np.interp(0.0, course.speeds.distance, course.speeds.speed))
+        book.rows["speed"] = rules.started(book, "track.speed", book.rows["speed"], first)
     track.end()
     found = Description(
         name, line, tuple(book.rows.values()), bodies, wheelsets, springs, links, bars, mounts, forces, torques, drive, wheels,
