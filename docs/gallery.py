@@ -20,6 +20,8 @@ RIG = ("cosim compare wheel-pair --gyro nonlinear --gyro hil,rate_delay=20ms,mom
        "--stop 10 --in-process --plot results/gallery/rig.png")  # fmt: skip
 DELAY = ("cosim delay wheel-pair --set gyro.rotor_speed=200rpm --step 50ms --longest 200ms "
          "--map gyro.rotor_speed=100rpm:600rpm:6 --plot results/gallery/delay.png")  # fmt: skip
+CHECK = "cosim vehicle check vehicle/library/manchester_1.toml --plot results/gallery/vehicle-check.png"
+SHAPES = "cosim modes lrt-straight --set vehicle.speed=10 --shapes results/gallery/mode-shapes.png"
 STUDIES = ("comfort", "critical_speed", "decision", "derailment_map", "gimbal_design", "gyro_cost", "lean_units", "optimum",
            "rivals", "root_locus", "safe_speed", "solid_axle", "stability_law", "stability_map")  # fmt: skip
 
@@ -31,6 +33,8 @@ PICTURES = {
     "figure_7": ("cosim paper", "results/paper/figure_7.png"),
     "rig": (RIG, "results/gallery/rig.png"),
     "report": ("python docs/report_picture.py", "results/gallery/report.png"),
+    "vehicle-check": (CHECK, "results/gallery/vehicle-check.png"),
+    "mode-shapes": (SHAPES, "results/gallery/mode-shapes.png"),
     "delay": (DELAY, "results/gallery/delay.png"),
     **{f"study-{s.replace('_', '-')}": (f"python studies/{s}.py", f"results/studies/{s}.png") for s in STUDIES},
 }

@@ -89,11 +89,12 @@ def sections(values: Mapping[str, float], flange_side: int) -> dict[str, Any]:
 
 def laid(
     wheel: tuple[np.ndarray, np.ndarray], rail: tuple[np.ndarray, np.ndarray],
-    contacts: Sequence[tuple[str, float, float, float, float]] = (),
+    contacts: Sequence[tuple[str, float, float, float, float, float]] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Sections by their points: across, outwards, and up from the running line at rest (m).
 
-    contacts : part, shift towards the flange (m), place outwards and up (m), contact angle (rad)
+    contacts : part, shift towards the flange (m), place outwards and up (m), contact angle (rad), radius
+        less that of the tape line (m)
     """
     found: dict[str, Any] = {"wheel": _points(*wheel), "rail": _points(*rail)}
     if contacts:

@@ -59,16 +59,17 @@ class Tabulated:
         """Whether the sides have tables of their own."""
         return self.fit.left is not self.fit.right
 
-    def contacts(self) -> list[tuple[str, float, float, float, float]]:
-        """Where the left wheel carries its load without yaw: part, shift, place out and up (m), angle (rad)."""
+    def contacts(self) -> list[tuple[str, float, float, float, float, float]]:
+        """Where the left wheel carries its load without yaw: part, shift, place out and up (m), angle (rad), radius less that
+        of the tape line (m)."""
         parts = {"tread": self.fit.left.tread, "flange": self.fit.left.flange}
         found = []
         for i, shift in enumerate(SHIFT):
             if abs(shift) > 0.012:
                 continue
             name = max(parts, key=lambda part: parts[part][i, 0, 0])
-            _, tangent, out, up = (float(value) for value in parts[name][i, 0, :4])
-            found.append((name, float(shift), out, up, float(np.arctan(tangent))))
+            height, tangent, out, up = (float(value) for value in parts[name][i, 0, :4])
+            found.append((name, float(shift), out, up, float(np.arctan(tangent)), height - up))
         return found
 
     def standing(self, s: Mapping[str, ca.SX], grid: int, side: str = "left") -> Standing:

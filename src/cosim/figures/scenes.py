@@ -53,8 +53,10 @@ def views(scene: Mapping[str, Any], title: str) -> "Figure":
         by_label = dict(zip(labels, handles, strict=True))
         fig.axes[0].legend(by_label.values(), by_label.keys(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, fontsize=8)
     if contact:
-        _section(fig.add_subplot(grid[2, 0]), scene["profiles"])
-        _angles(fig.add_subplot(grid[2, 1]), scene["profiles"])
+        lower = grid[2, :].subgridspec(1, 3, width_ratios=(1.25, 1.0, 1.0))
+        _section(fig.add_subplot(lower[0]), scene["profiles"])
+        _angles(fig.add_subplot(lower[1]), scene["profiles"])
+        _radii(fig.add_subplot(lower[2]), scene["profiles"])
     return fig
 
 
@@ -120,7 +122,7 @@ def _section(ax: "Axes", profiles: Mapping[str, Any]) -> None:
 
 
 def _contacts(profiles: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """By part: shift towards the flange, place outwards and up (m), angle (rad); where that part is the one that touches."""
+    """By part: shift towards the flange, place outwards and up (m), angle (rad), radius (m); where that part touches."""
     rows = profiles.get("contacts", ())
     return {name: np.array([row[1:] for row in rows if row[0] == name], float) for name in dict.fromkeys(row[0] for row in rows)}
 
@@ -141,6 +143,19 @@ def _angles(ax: "Axes", profiles: Mapping[str, Any]) -> None:
     ax.title.set_fontsize(9)
     ax.grid(alpha=0.3, linewidth=0.6)
     ax.legend(fontsize=8)
+
+
+def _radii(ax: "Axes", profiles: Mapping[str, Any]) -> None:
+    """Rolling radii left less right of a pair whose sides are alike, over its shift."""
+    rows = sorted([*row[1:]] for row in profiles.get("contacts", ()))
+    if not rows:
+        ax.axis("off")
+        return
+    shift, radius = np.array([[row[0], row[4]] for row in rows], float).T
+    ax.plot(1e3 * shift, 1e3 * (radius - np.interp(-shift, shift, radius)), color=COLOURS[0])
+    ax.set(xlabel="shift to the left [mm]", ylabel="radius, left less right [mm]", title="rolling radius difference, sides alike")
+    ax.title.set_fontsize(9)
+    ax.grid(alpha=0.3, linewidth=0.6)
 
 
 @dataclass(frozen=True)
