@@ -34,6 +34,7 @@ COMMANDS = {
     "params": "parameters",
     "modes": "modes",
     "response": "response",
+    "limit-cycles": "limit_cycles",
     "vehicle": "vehicle",
     "pack": "pack",
     "serve": "serve",

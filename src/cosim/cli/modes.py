@@ -59,7 +59,7 @@ def command(
         raise ValueError(f"--over must be given once or twice, got {len(over)} times")
     drawing.check(plot)
     plan = chosen_system(name if is_system(name) else single(name), gyro, set_, vehicle=vehicle, swaps=swap, params=params)
-    ranges = [_range(plan, text) for text in over or ()]
+    ranges = [range_of(plan, text) for text in over or ()]
     if len({one.key for one in ranges}) < len(ranges):
         raise ValueError(f"--over must name two parameters, got {ranges[0].key} twice")
     rest = AtRest(plan, [one.key for one in ranges], ignorable(plan))
@@ -164,7 +164,7 @@ def ignorable(plan: System) -> tuple[str, ...]:
     )
 
 
-def _range(plan: System, text: str) -> Range:
+def range_of(plan: System, text: str) -> Range:
     """What --over says, checked."""
     key, _, ends = text.partition("=")
     parts = ends.split(":")

@@ -157,6 +157,10 @@ class AtRest:
         whole = np.array(slope(self.parameters(q))) @ self._spread[:, 0]
         return np.asarray(self._T @ whole)
 
+    def flow(self) -> "_Flow":
+        """z' as a function of z and the first of the parameters q, the others as the system has them, for `limit_cycles`."""
+        return _Flow(self)
+
     def starts(self, z: np.ndarray) -> dict[str, float]:
         """Start values, by `component.state`, that put the system at z, shape (n,): for runs in time."""
         names = (label.partition(" - ")[0] for label in self.states)
@@ -235,3 +239,31 @@ class AtRest:
         w, v = left[:, k].conj(), right[:, k]
         slope = np.array([w @ dA @ v for dA in self.derivatives(q)]) / (w @ v)
         return complex(values[k]), v / v[np.abs(v).argmax()], slope
+
+
+class _Flow:
+    """z' = T f(S z, q) for many z at once, and its derivatives."""
+
+    def __init__(self, rest: AtRest) -> None:
+        self._rest, n = rest, len(rest.states)
+        z, v = ca.SX.sym("z", n), ca.SX.sym("v")
+        q = ca.vertcat(v, *map(float, rest.q0[1:]))
+        rates = ca.DM(rest._T) @ rest.monolith.f(ca.DM(rest._S) @ z, ca.DM(rest._spread) @ q)
+        self._functions = [
+            ca.Function(name, [z, v], [ca.cse(made)])
+            for name, made in (
+                ("rates", rates),
+                ("slopes", ca.densify(ca.jacobian(rates, z))),
+                ("by_parameter", ca.densify(ca.jacobian(rates, v))),
+            )
+        ]
+
+    def rates(self, z: np.ndarray, v: float) -> np.ndarray:
+        return np.array(self._functions[0](z.T, v)).T
+
+    def slopes(self, z: np.ndarray, v: float) -> np.ndarray:
+        m, n = z.shape
+        return np.array(self._functions[1](z.T, v)).reshape(n, m, n).transpose(1, 0, 2)
+
+    def by_parameter(self, z: np.ndarray, v: float) -> np.ndarray:
+        return np.array(self._functions[2](z.T, v)).T
