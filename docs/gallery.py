@@ -21,6 +21,7 @@ RIG = ("cosim compare wheel-pair --gyro nonlinear --gyro hil,rate_delay=20ms,mom
 DELAY = ("cosim delay wheel-pair --set gyro.rotor_speed=200rpm --step 50ms --longest 200ms "
          "--map gyro.rotor_speed=100rpm:600rpm:6 --plot results/gallery/delay.png")  # fmt: skip
 CHECK = "cosim vehicle check vehicle/library/manchester_1.toml --plot results/gallery/vehicle-check.png"
+CYCLES = "cosim limit-cycles vehicle:wheelset --over vehicle.speed=10:60:6 --plot results/gallery/limit-cycles.png"
 SHAPES = "cosim modes lrt-straight --set vehicle.speed=10 --shapes results/gallery/mode-shapes.png"
 STUDIES = ("comfort", "critical_speed", "decision", "derailment_map", "gimbal_design", "gyro_cost", "lean_units", "optimum",
            "rivals", "root_locus", "safe_speed", "solid_axle", "stability_law", "stability_map")  # fmt: skip
@@ -34,6 +35,7 @@ PICTURES = {
     "rig": (RIG, "results/gallery/rig.png"),
     "report": ("python docs/report_picture.py", "results/gallery/report.png"),
     "vehicle-check": (CHECK, "results/gallery/vehicle-check.png"),
+    "limit-cycles": (CYCLES, "results/gallery/limit-cycles.png"),
     "mode-shapes": (SHAPES, "results/gallery/mode-shapes.png"),
     "delay": (DELAY, "results/gallery/delay.png"),
     **{f"study-{s.replace('_', '-')}": (f"python studies/{s}.py", f"results/studies/{s}.png") for s in STUDIES},

@@ -7,7 +7,7 @@ public but not ours to hand on.
 from collections.abc import Callable
 from pathlib import Path
 
-from . import conicity, contact, klingel, manchester, ride
+from . import conicity, contact, cooperrider, klingel, manchester, ride
 from .table import Line, Quantity, Table
 
 __all__ = ["TABLES", "WITH_FILES", "Line", "Quantity", "Table"]
@@ -19,6 +19,8 @@ TABLES: dict[str, Callable[[], Table]] = {
     "klingel": klingel.waves,
     "manchester-rest": manchester.at_rest,
     "manchester-modes": manchester.modes,
+    "hopf": cooperrider.hopf,
+    "limit-cycles": cooperrider.cycles,
     "ride": ride.on_random_track,
 }
 WITH_FILES: dict[str, Callable[[Path], Table]] = {
