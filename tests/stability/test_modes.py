@@ -57,6 +57,13 @@ def test_the_command_maps_and_draws(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert found["parameters"] == ["vehicle.speed", "gyro.rotor_speed"]
     assert series["values"] == [2.0, 11.0, 20.0]
     assert all((tmp_path / name).stat().st_size > 5000 for name in ("locus.png", "map.png"))
+    assert main([*both, "--set", "gyro.rotor_speed=0rpm", "--damping"]) == 0
+    damping = json.loads(capsys.readouterr().out)["damping"]
+    assert main(["modes", "wheel-pair", "--set", "vehicle.speed=11", "--set", "gyro.rotor_speed=3000rpm", "--json"]) == 0
+    modes = json.loads(capsys.readouterr().out)["modes"]
+    assert damping[1][1] == pytest.approx(min(m["damping"] for m in modes if m["frequency"] > 0 or m["growth"] > 0), rel=1e-6)
+    assert main(["modes", "wheel-pair", "--over", speed, "--damping"]) == 2
+    assert "--damping requires two --over, got 1" in capsys.readouterr().err
     assert main(["modes", "wheel-pair", "--plot", str(tmp_path / "no.png")]) == 2
     assert "--plot has no effect without --over" in capsys.readouterr().err
 

@@ -38,6 +38,9 @@ def command(
             help="the largest growth over a parameter, or over two: vehicle.speed=5:50:10",
         ),
     ] = None,
+    damping: Annotated[
+        bool, typer.Option("--damping", help="with two --over: the least damping ratio instead of the largest growth")
+    ] = False,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="draw the root locus over one parameter, or a map over two")
     ] = None,
@@ -52,6 +55,8 @@ def command(
     Given twice it is a map over both parameters.
     """
     needs("--plot", plot, "--over", bool(over))
+    if damping and len(over or ()) != 2:
+        raise ValueError(f"--damping requires two --over, got {len(over or ())}")
     if shapes is not None and over:
         raise ValueError("--shapes must be left out with --over: it draws the modes of one vehicle")
     drawing.check(shapes)
@@ -71,7 +76,7 @@ def command(
     elif len(ranges) == 1:
         _over_one(rest, ranges[0], plot, as_json)
     else:
-        _over_two(rest, ranges[0], ranges[1], plot, as_json)
+        _over_two(rest, ranges[0], ranges[1], damping, plot, as_json)
     return 0
 
 
@@ -137,22 +142,24 @@ def _over_one(rest: AtRest, over: Range, plot: Path | None, as_json: bool) -> No
     say(as_json, lambda: series, table, *(lines or [f"the largest growth has one sign at all {over.values.size} values"]))
 
 
-def _over_two(rest: AtRest, across: Range, along: Range, plot: Path | None, as_json: bool) -> None:
-    growth = np.array([[rest.growth((a, b)) for a in across.values] for b in along.values])
+def _over_two(rest: AtRest, across: Range, along: Range, damping: bool, plot: Path | None, as_json: bool) -> None:
+    of = rest.damping if damping else rest.growth
+    found = np.array([[of((a, b)) for a in across.values] for b in along.values])
+    words = "least damping ratio" if damping else "largest growth [1/s]"
     if plot is not None:
-        from ..stability.figures import growth_map
+        from ..stability.figures import stability_map
 
-        fig = growth_map((across.label, across.values), (along.label, along.values), growth)
+        fig = stability_map((across.label, across.values), (along.label, along.values), found, words, stable_above=damping)
         fig.axes[0].set_title(f"{rest.system.name}: stable where blue", fontsize=10)
         drawing.save(fig, plot)
     series = {
         "system": rest.system.name, "parameters": [across.key, along.key], "units": [across.unit, along.unit],
-        "values": [list(across.values), list(along.values)], "growth": growth.tolist(),
+        "values": [list(across.values), list(along.values)], "damping" if damping else "growth": found.tolist(),
     }  # fmt: skip
     table = Table(f"{along.label}, across {across.label}", *(f"{a:g}" for a in across.values), box=None, pad_edge=False)
-    for b, row in zip(along.values, growth, strict=True):
-        table.add_row(f"{b:g}", *(f"{rate:.4g}" for rate in row))
-    say(as_json, lambda: series, "largest growth [1/s]", table)
+    for b, row in zip(along.values, found, strict=True):
+        table.add_row(f"{b:g}", *(f"{value:.4g}" for value in row))
+    say(as_json, lambda: series, words, table)
 
 
 def ignorable(plan: System) -> tuple[str, ...]:

@@ -191,6 +191,12 @@ class AtRest:
             roots = roots[(roots.imag != 0.0) | (roots.real > 0.0)]
         return float(roots.real.max())
 
+    def damping(self, q: Sequence[float] | np.ndarray) -> float:
+        """The least damping ratio -Re s / |s| of the roots that oscillate or grow; 1 where none does."""
+        roots = self.roots(q)
+        roots = roots[(roots.imag != 0.0) | (roots.real > 0.0)]
+        return float((-roots.real / np.abs(roots)).min(initial=1.0))
+
     def paths(self, q: np.ndarray) -> np.ndarray:
         """The roots along a series of parameters, sorted into continuous paths.
 

@@ -84,15 +84,21 @@ def damping_map(spin_rpm: np.ndarray, speed: np.ndarray, decay: np.ndarray, best
     return fig
 
 
-def growth_map(across: tuple[str, np.ndarray], along: tuple[str, np.ndarray], growth: np.ndarray) -> "Figure":
-    """Draw the largest growth over two parameters; a line where it is zero.
+def stability_map(
+    across: tuple[str, np.ndarray], along: tuple[str, np.ndarray], values: np.ndarray, label: str, *, stable_above: bool
+) -> "Figure":
+    """Draw what says whether a system is stable over two parameters; a line where it is zero.
 
     Parameters
     ----------
     across, along
         Label of an axis and the values on it, shapes (m,) and (n,).
-    growth
-        1/s, shape (n, m).
+    values
+        Shape (n, m); they change their sign where stability does.
+    label
+        Of the values.
+    stable_above
+        Whether the system is stable where they are positive, as a damping ratio is, and not where they are negative.
 
     Returns
     -------
@@ -100,11 +106,14 @@ def growth_map(across: tuple[str, np.ndarray], along: tuple[str, np.ndarray], gr
     """
     fig, axes = figure(1, 1, (8.0, 5.0))
     ax = axes[0, 0]
-    most = float(np.abs(growth).max()) or 1.0  # colours change at zero
-    drawn = ax.contourf(across[1], along[1], growth, levels=np.linspace(-most, most, 25), cmap="RdBu_r")
-    if growth.min() < 0.0 < growth.max():
-        ax.contour(across[1], along[1], growth, levels=[0.0], colors="k", linewidths=1.5)
+    most = float(np.abs(values).max()) or 1.0  # colours change at zero
+    drawn = ax.contourf(
+        across[1], along[1], values, levels=np.linspace(-most, most, 25), cmap="RdBu" if stable_above else "RdBu_r"
+    )
+    if values.min() < 0.0 < values.max():
+        ax.contour(across[1], along[1], values, levels=[0.0], colors="k", linewidths=1.5)
     ax.set_xlabel(across[0])
     ax.set_ylabel(along[0])
-    fig.colorbar(drawn, ax=ax, label="largest growth [1/s], stable below 0")
+    side = "above" if stable_above else "below"
+    fig.colorbar(drawn, ax=ax, label=f"{label}, stable {side} 0")
     return fig
