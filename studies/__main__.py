@@ -15,6 +15,8 @@ LONGEST = (
     "derailment_map",
     "comfort",
     "rivals",
+    "safe_speed",
+    "lean_units",
     "gimbal_design",
 )  # begun first, so that none is left over at the end
 

@@ -4,7 +4,7 @@ For both kinds of wheels, three creep laws, and curves of three radii at three s
 rail? "No unit" is the vehicle without the 1200 kg: what somebody builds who does not believe in the unit. Starts are drawn evenly
 within 1 mm of lateral displacement of each wheel pair; a share has Wilson's interval at 95 %. Runs go on for 250 m of straight
 track behind the curve. Stopped, the study goes on; --starts N adds to the starts that are done. It prints the table of README.md.
-Some 4 minutes on two idle cores. Run: python studies/decision.py [--starts N] [--short]
+Some 10 minutes for four starts. Run: python studies/decision.py [--starts N] [--short]
 """
 
 import sys
