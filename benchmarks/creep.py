@@ -24,15 +24,18 @@ from rich.table import Table
 
 from gyro_cosim import fmus
 from gyro_cosim.fmus.compiler import FLAGS, host_compiler
-from gyro_cosim.fmus.printing import file
-from gyro_cosim.vehicle.creep_laws import Forces, Patch, fastsim, polach, shen_hedrick_elkins
+from gyro_cosim.fmus.printing import arrays, file
+from gyro_cosim.vehicle.creep_laws import Forces, Patch, fastsim, half_space, polach, shen_hedrick_elkins
 from gyro_cosim.vehicle.kalker import Coefficients, coefficients
 
+CIRCLE = "half-space, b = a"
 LAWS: dict[str, tuple[Callable[[Any, Any, Any, Patch], Forces], int]] = {  # law, FASTSIM's grid
     "polach": (polach, 0),
     "shen-hedrick-elkins": (shen_hedrick_elkins, 0),
     "fastsim 7 x 7": (fastsim, 7),
     "fastsim 50 x 50": (fastsim, 50),
+    "half-space": (half_space, 0),
+    CIRCLE: (half_space, 0),
 }
 COMPILED_UP_TO = 7  # cells: beyond, the code is too long
 LOAD, FRICTION, SHEAR, AXIS = 17.2e3, 0.3, 8.2e10, 3.2e-3  # N, 1, Pa, m; the errors do not depend on them
@@ -86,15 +89,18 @@ def _of(patch: Patch) -> tuple[Any, ...]:
     return patch.a, patch.b, patch.N, patch.mu, patch.G, patch.C
 
 
-def compiled(folder: Path, law: Callable[[Any, Any, Any, Patch], Forces], cells: int) -> Any:
-    """The law as C code of an FMU, called over arrays."""
+def compiled(folder: Path, law: Callable[[Any, Any, Any, Patch], Forces], cells: int, circle: bool) -> Any:
+    """The law as C code of an FMU, called over arrays; circle : for patches whose b is a."""
     v = ca.SX.sym("v", 12)
     part = [v[i] for i in range(12)]
+    part[4] = part[3] if circle else part[4]
     forces = law(*part[:3], Patch(*part[3:8], Coefficients(*part[8:]), cells))
     function = ca.Function("law", [v], [ca.vertcat(*forces)])
     folder.mkdir()
     (folder / "model_data.h").write_text("#include <stdint.h>\n", encoding="utf-8")
-    (folder / "law.c").write_text(file({"law": function}, prefix="", side_by_side=False), encoding="utf-8")
+    text = file({"law": function}, prefix="", side_by_side=False, apart=False)
+    (folder / "law.c").write_text(text, encoding="utf-8")
+    (folder / "model_tables.h").write_text(arrays([function]), encoding="utf-8")
     (folder / "driver.c").write_text(DRIVER, encoding="utf-8")
     compiler = host_compiler()
     if compiler is None:
@@ -124,15 +130,18 @@ def main() -> None:
     grid = Grid.of(read())
     console = Console(highlight=False, width=130)
     with tempfile.TemporaryDirectory() as scratch:
-        calls = {name: compiled(Path(scratch) / str(i), *law) for i, (name, law) in enumerate(LAWS.items())
+        calls = {name: compiled(Path(scratch) / str(i), *law, name == CIRCLE) for i, (name, law) in enumerate(LAWS.items())
                  if law[1] <= COMPILED_UP_TO}  # fmt: skip
         spent = nanoseconds(calls, grid.rows())
     found = {name: grid.errors(*law) for name, law in LAWS.items()}
+    found[CIRCLE] = tuple(values[grid.exact.ratio == 1.0] for values in found[CIRCLE])
     table = Table("law", "force, largest", "rms", "spin moment, largest", "rms", "ns", "of Polach's", box=None)
     by_ratio = Table("law", *(f"a/b {ratio:g}" for ratio in np.unique(grid.exact.ratio)), box=None)
     for name, (force, moment) in found.items():
         cost = (f"{spent[name]:.0f}", f"{spent[name] / spent['polach']:.2f}") if name in spent else ("", "")
         table.add_row(name, f"{force.max():.3f}", f"{_rms(force):.3f}", f"{moment.max():.3f}", f"{_rms(moment):.3f}", *cost)
+        if name == CIRCLE:
+            continue
         parts = [grid.exact.ratio == ratio for ratio in np.unique(grid.exact.ratio)]
         by_ratio.add_row(name, *(f"{force[part].max():.3f}, {moment[part].max():.3f}" for part in parts))
     console.print("errors: force over mu N, spin moment over the largest of its ellipse; cost of an evaluation in C")

@@ -20,7 +20,7 @@ from gyro_cosim.master import open_network, run
 from gyro_cosim.systems import System, SystemComponent
 
 STOP = 30.0  # s
-CASES = (("lrt", 5.0), ("lrt", 8.0), ("lrt_shen_hedrick_elkins", 8.0), ("lrt_fastsim", 8.0))
+CASES = (("lrt", 5.0), ("lrt", 8.0), ("lrt_shen_hedrick_elkins", 8.0), ("lrt_fastsim", 8.0), ("lrt_half_space", 8.0))
 
 
 CONES = """

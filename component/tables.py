@@ -1,12 +1,12 @@
-"""Tables of numbers in a component's equations, over one variable or two, in CasADi and as C code.
+"""Tables of numbers in a component's equations, over one variable or more, in CasADi and as C code.
 
     f(x) = f_i + h01(t) (f_i+1 - f_i) + w h10(t) s_i + w h11(t) s_i+1        t = (x - x_i) / w,  w = x_i+1 - x_i       (1)
     h01 = t^2 (3 - 2 t),   h10 = t (1 - t)^2,   h11 = t^2 (t - 1)                                  Hermite's cubics
     f(x) = f_i + t (f_i+1 - f_i)                                                                                       (2)
 
-in two variables the tensor product of (1), or of (2). The kinds differ in the slopes s_i of (1): those of the cubic spline
-through the points (smooth to the second derivative), or Fritsch and Carlson's (to the first derivative, and between two points
-never beyond both). The third is (2). Beyond its ends a table goes on as a constant, straight, or in a period.
+in two variables the tensor product of (1), or of (2), in more of (2). The kinds differ in the slopes s_i of (1): those of the
+cubic spline through the points (smooth to the second derivative), or Fritsch and Carlson's (to the first derivative, and between
+two points never beyond both). The third is (2). Beyond its ends a table goes on as a constant, straight, or in a period.
 
 A graph holds a table by the two kinds of calls of component/lookups.py, so that the derivatives of (1) follow by themselves.
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from .lookups import entries, interval
 
-__all__ = ["Ends", "Kind", "pieces", "surface", "table"]
+__all__ = ["Ends", "Kind", "lattice", "pieces", "surface", "table"]
 
 Kind = Literal["spline", "monotone", "linear"]
 Ends = Literal["constant", "straight", "periodic"]
@@ -116,9 +116,9 @@ def surface(
     p, q, f = _points(x, kind, names[0]), _points(y, kind, names[1]), np.array(values, float)
     f = f[:, :, np.newaxis] if f.ndim == 2 else f
     _check(f, 3, (p.size, q.size), over)
-    first, second, n, m = _Axis(p, "constant"), _Axis(q, "constant"), f.shape[2], q.size
     if kind == "linear":
-        return _bilinear(first, second, f)
+        return lattice((p, q), f, names=names)
+    first, second, n, m = _Axis(p, "constant"), _Axis(q, "constant"), f.shape[2], q.size
     along_x = _slopes(p, f, kind)
     along_y, mixed = (np.moveaxis(_slopes(q, np.moveaxis(g, 1, 0), kind), 0, 1) for g in (f, along_x))
     read = entries(np.stack([f, along_x, along_y, mixed], axis=3), 8 * n)
@@ -136,17 +136,47 @@ def surface(
     return at
 
 
-def _bilinear(first: "_Axis", second: "_Axis", f: np.ndarray) -> Interpolated:
-    """Over both variables, straight between the points."""
-    m, n = f.shape[1:]
+def lattice(axes: Sequence[Sequence[float] | np.ndarray], values: Any, *, names: Sequence[str] = ()) -> Interpolated:
+    """A table over any number of variables, straight between its points along each of them, constant beyond its ends.
+
+    Parameters
+    ----------
+    axes : sequence of sequence of float, lengths n, m, ...
+        Rising; 2 or more points of each variable.
+    values : array, shape (n, m, ..., quantities)
+        Of each quantity at each point.
+    names : sequence of str
+        What the variables are called in messages; x1, x2, ... where nothing is given.
+
+    Returns
+    -------
+    callable
+        Of as many scalar SX expressions as there are variables: the quantities there, a column.
+
+    Raises
+    ------
+    ValueError
+        As for table().
+    """
+    called = tuple(names) or tuple(f"x{k + 1}" for k in range(len(axes)))
+    points, f = [_points(x, "linear", name) for x, name in zip(axes, called, strict=True)], np.array(values, float)
+    _check(f, len(points) + 1, tuple(p.size for p in points), f"table over {', '.join(called)}")
+    along, n = [_Axis(p, "constant") for p in points], f.shape[-1]
+    strides = [int(np.prod(f.shape[k + 1 :])) for k in range(len(points))]
     read = entries(f, 2 * n)
 
-    def at(place_x: Any, place_y: Any) -> ca.SX:
-        i, t, _, _ = first.interval(ca.SX(place_x))
-        j, u, _, _ = second.interval(ca.SX(place_y))
-        rows = [ca.vertcat(*read.call([((i + k) * m + j) * n])) for k in (0, 1)]
-        near, far = (row[:n] + u * (row[n:] - row[:n]) for row in rows)
-        return near + t * (far - near)
+    def at(*places: Any) -> ca.SX:
+        found = [axis.interval(ca.SX(place))[:2] for axis, place in zip(along, places, strict=True)]
+
+        def between(k: int, start: Any) -> ca.SX:
+            i, t = found[k]
+            if k == len(found) - 1:
+                row = ca.vertcat(*read.call([start + i * n]))
+                return row[:n] + t * (row[n:] - row[:n])
+            near, far = (between(k + 1, start + (i + side) * strides[k]) for side in (0, 1))
+            return near + t * (far - near)
+
+        return between(0, ca.SX(0))
 
     return at
 
@@ -206,7 +236,7 @@ class _Axis:
             start, end = self._read(i)
             return i, (inside - start) / (end - start), end - start, beyond
         far = (inside - self._first) * ((self._n - 1) / length)
-        i = ca.fmin(ca.fmax(ca.floor(far), 0), self._n - 2)
+        i = ca.fmin(ca.floor(far), self._n - 2)
         return i, far - i, ca.SX(length / (self._n - 1)), beyond
 
 
@@ -224,7 +254,7 @@ def _slopes(x: np.ndarray, f: np.ndarray, kind: Kind, ends: Ends = "constant") -
     return np.asarray(CubicSpline(x, f, bc_type="periodic" if ends == "periodic" else "not-a-knot")(x, 1))
 
 
-def _points(x: Sequence[float], kind: Kind, name: str) -> np.ndarray:
+def _points(x: Sequence[float] | np.ndarray, kind: Kind, name: str) -> np.ndarray:
     points = np.array(x, float)
     if kind not in FEWEST:
         raise ValueError(f"table over {name}: kind must be one of {', '.join(map(repr, FEWEST))}, got {kind!r}")

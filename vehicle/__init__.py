@@ -19,6 +19,7 @@ VARIANTS = {
     "lrt_set_b": "gyro_cosim.vehicle.variants:lrt_set_b",
     "lrt_shen_hedrick_elkins": "gyro_cosim.vehicle.variants:lrt_shen_hedrick_elkins",
     "lrt_fastsim": "gyro_cosim.vehicle.variants:lrt_fastsim",
+    "lrt_half_space": "gyro_cosim.vehicle.variants:lrt_half_space",
     "lrt_rough": "gyro_cosim.vehicle.variants:lrt_rough",
     "lrt_solid_axle": "gyro_cosim.vehicle.variants:lrt_solid_axle",
     "wheelset": "gyro_cosim.vehicle.wheelset:sprung_wheelset",

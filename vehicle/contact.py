@@ -147,7 +147,7 @@ def creep_forces(
     poisson_ratio : float or casadi.SX
         Of both bodies (1); Kalker's coefficients depend on it.
     law : str
-        "kalker" (or "linear"), "shen-hedrick-elkins", "polach" or "fastsim"; `vehicle.creep_laws` states each.
+        "kalker" (or "linear"), "shen-hedrick-elkins", "polach", "fastsim" or "half-space"; `vehicle.creep_laws` states each.
 
     Returns
     -------

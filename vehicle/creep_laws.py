@@ -1,4 +1,4 @@
-"""Tangential forces of rolling contact: four laws over Kalker's linear theory, one formula for numbers and symbols.
+"""Tangential forces of rolling contact: five laws over Kalker's linear theory, one formula for numbers and symbols.
 
 A law takes the creepages and a `Patch` and returns (Fx, Fy, Mz) on the wheel:
 
@@ -6,6 +6,7 @@ A law takes the creepages and a `Patch` and returns (Fx, Fy, Mz) on the wheel:
     shen-hedrick-elkins     the linear force times (1 - u/3 + u^2/27) below u = 3, then mu N / F      u = F / (mu N)
     polach                  the linear force times (2 / (pi u)) (e / (1 + e^2) + atan e)              e = pi u / 4
     fastsim                 Kalker 1982: tractions of a wire brush, cut at mu p, from the leading edge backwards
+    half-space              the exact theory, by the table of vehicle/exact_forces.py
 
 F is the resultant of the linear Fx and Fy, spin included. Approximations, by name: Shen-Hedrick-Elkins and Polach carry the
 spin in the resultant (Polach's own spin terms are not used) and reduce the spin moment Mz by the factor of the force;
@@ -23,14 +24,16 @@ Sources: Shen, Hedrick, Elkins 1983; Polach 1999; Kalker 1982.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from .exact_forces import exact_forces
 from .kalker import Coefficients
 
-__all__ = ["LAWS", "NO_FORCE", "Forces", "Patch", "creep_law", "fastsim", "linear", "polach", "shen_hedrick_elkins"]
+__all__ = ["LAWS", "NO_FORCE", "Forces", "Patch", "creep_law", "fastsim", "half_space", "linear", "polach", "shen_hedrick_elkins"]
 
 Forces = tuple[Any, Any, Any]
 NO_FORCE = 1e-3  # N; keeps the quotient of two vanishing forces finite
@@ -168,12 +171,42 @@ def _strip(Y: Any, xi: Any, eta: Any, phi: Any, q: Patch, flexibilities: tuple[A
     return Fx, Fy, Mz
 
 
+def half_space(xi: Any, eta: Any, phi: Any, q: Patch) -> Forces:
+    """The exact theory of rolling contact for Hertz' ellipse, by a table: errors in docs/vehicle.md.
+
+    Creepages enter scaled by Kalker's coefficients, so those of the patch count. A patch whose `a` is `b`, the same object, is
+    a circle, for which the table has one variable less.
+
+    References
+    ----------
+    Kalker 1990, Three-dimensional elastic bodies in rolling contact.
+    """
+    values = (xi, eta, phi, q.a, q.b, q.N, q.mu, q.G, *q.C)
+    if not any(isinstance(value, ca.SX) for value in values):
+        return tuple(float(force) for force in _half_space_of_numbers()(*values))  # type: ignore[return-value]
+    limit = q.mu * q.N + NO_FORCE
+    circle = q.a is q.b
+    middle = q.a if circle else ca.sqrt(q.a * q.b)
+    strength = q.G * middle * middle / limit
+    shape = None if circle else (q.a / (q.a + q.b), q.b / q.a)
+    Fx, Fy, Mz = exact_forces(strength * q.C.C11 * xi, strength * q.C.C22 * eta, strength * middle * q.C.C23 * phi, shape)
+    return limit * Fx, limit * Fy, limit * middle * Mz
+
+
+@cache
+def _half_space_of_numbers() -> ca.Function:
+    values = [ca.SX.sym("value") for _ in range(12)]
+    xi, eta, phi, a, b, N, mu, G, *C = values
+    return ca.Function("half_space", values, list(half_space(xi, eta, phi, Patch(a, b, N, mu, G, Coefficients(*C)))))
+
+
 LAWS: dict[str, Callable[[Any, Any, Any, Patch], Forces]] = {
     "kalker": linear,
     "linear": linear,
     "shen-hedrick-elkins": shen_hedrick_elkins,
     "polach": polach,
     "fastsim": fastsim,
+    "half-space": half_space,
 }
 
 

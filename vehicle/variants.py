@@ -7,7 +7,7 @@ from .pairing import Conical
 from .parameter_sets import parameter_set
 from .running_gear import Design
 
-__all__ = ["CONVENTIONAL", "lrt_fastsim", "lrt_rough", "lrt_set_b", "lrt_shen_hedrick_elkins", "lrt_solid_axle"]
+__all__ = ["CONVENTIONAL", "lrt_fastsim", "lrt_half_space", "lrt_rough", "lrt_set_b", "lrt_shen_hedrick_elkins", "lrt_solid_axle"]
 
 CONVENTIONAL = {
     "conicity": 0.05, "conicity_gradient": 0.0, "flange_clearance": 0.007, "rolling_radius": 0.3, "friction": 0.3,
@@ -47,6 +47,18 @@ def lrt_fastsim() -> Component:
         The component `vehicle:lrt_fastsim`.
     """
     return vehicle("lrt_fastsim", "Light-rail vehicle, creep forces by FASTSIM", Design(law="fastsim"), {}, INTERNAL_STEP)
+
+
+def lrt_half_space() -> Component:
+    """Make the vehicle with the forces of the exact theory of rolling contact, by a table, on the treads.
+
+    Returns
+    -------
+    Component
+        The component `vehicle:lrt_half_space`.
+    """
+    what = "Light-rail vehicle, creep forces by the exact theory"
+    return vehicle("lrt_half_space", what, Design(law="half-space"), {}, INTERNAL_STEP)
 
 
 def lrt_rough() -> Component:

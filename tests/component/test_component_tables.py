@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
-from gyro_cosim.component.tables import surface, table
+from gyro_cosim.component.tables import lattice, surface, table
 
 UNEVEN = np.array([0.0, 0.1, 0.35, 0.4, 0.7, 1.0])
 EVEN = np.linspace(0.0, 1.0, 6)
@@ -120,3 +120,20 @@ def test_a_surface_of_straight_lines_is_bilinear() -> None:
     at = np.random.default_rng(0).random((2, 50)) * [[1.0], [3.0]] - [[0.0], [1.0]]
     np.testing.assert_allclose(over(function, *at), np.array([2 * at[0] * at[1] + at[1], 3 * at[0]]), atol=1e-13)
     np.testing.assert_allclose(over(function, np.array([2.0]), np.array([5.0])), over(function, np.array([1.0]), np.array([2.0])))
+
+
+def test_a_lattice_is_linear_in_each_of_its_variables() -> None:
+    """What is linear in each of three variables, to rounding; constant beyond its ends; its derivative that of its cell."""
+    x, y, z = UNEVEN, np.linspace(-1.0, 2.0, 4), np.array([0.0, 0.2, 1.0])
+    p, q, r = np.meshgrid(x, y, z, indexing="ij")
+    v = ca.SX.sym("v", 3)
+    made = lattice((x, y, z), np.stack([p * q * r - q, 2 * p + r], axis=-1))(*v.elements())
+    function, slope = ca.Function("f", [v], [made]), ca.Function("s", [v], [ca.jacobian(made, v)])
+    at = np.random.default_rng(0).random((3, 50)) * [[1.0], [3.0], [1.0]] - [[0.0], [1.0], [0.0]]
+    np.testing.assert_allclose(function(at), np.array([at[0] * at[1] * at[2] - at[1], 2 * at[0] + at[2]]), atol=1e-13)
+    np.testing.assert_allclose(slope([0.3, 0.5, 0.1]), [[0.05, 0.03 - 1, 0.15], [2, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(function([9, 9, 9]), function([1, 2, 1]))
+    with pytest.raises(
+        ValueError, match=r"table over x1, x2: values must begin with the shape \(2, 2\) of the points, got \(2, 3, 1\)"
+    ):
+        lattice(([0, 1], [0, 1]), np.zeros((2, 3, 1)))

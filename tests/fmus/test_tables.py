@@ -11,7 +11,7 @@ from fmu_models import tabled
 from real_functions import ELSEWHERE, WIDTH, ZIG, C, Library, runner
 from real_functions import FLAGS as OPTIONS
 
-from gyro_cosim.component.tables import surface, table
+from gyro_cosim.component.tables import lattice, surface, table
 from gyro_cosim.fmus import code, printing
 from gyro_cosim.fmus.compiler import host_compiler
 from gyro_cosim.fmus.graph import of_function
@@ -35,6 +35,8 @@ def functions() -> dict[str, ca.Function]:
                 values[f"{kind}_{x}_{ends}"] = of(a)[0] * of(b)[1]
     of = surface(UNEVEN, EVEN, rng.standard_normal((UNEVEN.size, EVEN.size, 2)))
     values["surface"] = of(a, b)[0] - of(b, a * b)[1]
+    three = lattice((UNEVEN, EVEN, UNEVEN), rng.standard_normal((UNEVEN.size, EVEN.size, UNEVEN.size, 2)))
+    values["lattice"] = three(a, b, a - b)[0] + three(b, a, 0.3)[1]
     slopes = {f"{name}_slope": ca.jtimes(v, ca.vertcat(a, b), ca.vertcat(b, 2.0)) for name, v in values.items()}
     slopes["surface_back"] = ca.sum1(ca.jtimes(values["surface"], ca.vertcat(a, b), b, True))
     return {name: ca.Function(name, [a, b], [value]) for name, value in (values | slopes).items()}

@@ -1,6 +1,6 @@
 """Creep forces of the exact theory over a grid of creepages: the grid, the file that holds them, and the command that made it.
 
-    python tests/support/exact_creep.py > tests/vehicle/exact_creep.txt          some ten minutes
+    python tests/support/exact_creep.py > tests/vehicle/exact_creep.txt          some twenty minutes
 
 Creepages are given by what Kalker's linear theory makes of them, over the friction limit:
 
@@ -27,7 +27,7 @@ POISSON = 0.28
 RATIOS = (0.2, 0.5, 1.0, 2.0, 5.0)
 MAGNITUDES = (0.25, 0.5, 1.0, 1.5, 2.25, 3.5, 6.0, 12.0)
 LATITUDES = (0.0, 22.5, 45.0, 67.5, 90.0)  # deg
-CELLS = 12  # and twice that
+CELLS, WIDE_CELLS = 12, 16  # and twice that; in wide patches spin turns about a pole that is small beside them
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ def main() -> None:
     print("# a/b  X  Y  S  Fx/(mu N)  Fy/(mu N)  Mz/(mu N sqrt(a b))")
     largest = 0.0
     for ratio in RATIOS:
-        grids = HalfSpace(ratio, POISSON, CELLS), HalfSpace(ratio, POISSON, 2 * CELLS)
+        cells = WIDE_CELLS if ratio < 1 else CELLS
+        grids = HalfSpace(ratio, POISSON, cells), HalfSpace(ratio, POISSON, 2 * cells)
         for magnitude in MAGNITUDES:
             for direction in directions():
                 creepages = magnitude * np.array(direction)

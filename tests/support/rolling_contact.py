@@ -1,7 +1,8 @@
 """Exact steady rolling contact of two bodies of one material: Kalker's variational theory on a half-space.
 
-The ellipse that Hertz gives is cut into n strips along the rolling direction x, narrower towards their ends, and every strip
-into n cells, each with an even traction p on the wheel. With u = A p the difference of the surfaces' displacements, by Cerruti's
+The ellipse that Hertz gives is cut into strips along the rolling direction x, narrower towards their ends, and every strip
+into cells, each with an even traction p on the wheel: about n^2 of them, as long as they are wide, since slip turns about a pole
+that may lie anywhere. With u = A p the difference of the surfaces' displacements, by Cerruti's
 integrals in closed form, material moving through the patch against x slips by
 
     s = w - du/dx,   w = (xi - phi y, eta + phi x),   taken a third of a cell ahead of the cell's centre;      (1)
@@ -65,7 +66,7 @@ class HalfSpace:
     poisson_ratio : float
         Of both bodies.
     n : int
-        Strips, and cells in a strip.
+        Strips, and cells in a strip, of a circle.
     """
 
     ratio: float
@@ -77,15 +78,16 @@ class HalfSpace:
     bound: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        n, a, b = self.n, self.ratio**0.5, self.ratio**-0.5
-        edges = -np.cos(np.linspace(0.0, np.pi, n + 1))  # of the strips, over b
-        even = np.linspace(-1.0, 1.0, n + 1)  # of the cells, over the half length of their strip
+        a, b = self.ratio**0.5, self.ratio**-0.5
+        cells, strips = (2 * max(2, round(self.n / 2 * side)) for side in (a, b))  # even, so that 2 n halves each
+        edges = -np.cos(np.linspace(0.0, np.pi, strips + 1))  # of the strips, over b
+        even = np.linspace(-1.0, 1.0, cells + 1)  # of the cells, over the half length of their strip
         length = np.diff(_under_half_circle(edges)) / np.diff(edges)  # half length of a strip over a, its mean
         middle = (even[1:] + even[:-1]) / 2
         self.x = (a * middle[:, None] * length).ravel()
-        self.y = np.broadcast_to(b * (edges[1:] + edges[:-1]) / 2, (n, n)).ravel()
-        self._half_x = np.broadcast_to(a * length / n, (n, n)).ravel()
-        self._half_y = np.broadcast_to(b * np.diff(edges) / 2, (n, n)).ravel()
+        self.y = np.broadcast_to(b * (edges[1:] + edges[:-1]) / 2, (cells, strips)).ravel()
+        self._half_x = np.broadcast_to(a * length / cells, (cells, strips)).ravel()
+        self._half_y = np.broadcast_to(b * np.diff(edges) / 2, (cells, strips)).ravel()
         self.area = 4 * self._half_x * self._half_y
         mean = np.diff(_under_half_circle(even)) / np.diff(even)
         self.bound = (mean[:, None] * length).ravel()
@@ -108,18 +110,20 @@ class HalfSpace:
                 xy += i * j * nu * X / r
         return np.block([[xx, xy], [xy, yy]]) / np.pi
 
-    def solve(self, creepages: np.ndarray) -> Solution:
+    def solve(self, creepages: np.ndarray, start: Solution | None = None) -> Solution:
         """Solve (1) and (2).
 
         Parameters
         ----------
         creepages : array, shape (3,)
             (xi, eta, phi sqrt(a b)) G / g0.
+        start : Solution or None
+            Of creepages near by on this grid, which saves steps; from no traction on otherwise.
         """
         xi, eta, phi = creepages
         m = self.x.size
         w = np.concatenate([xi - phi * self.y, eta + phi * self._at])
-        p = np.zeros(2 * m)
+        p = np.zeros(2 * m) if start is None else start.traction.ravel()
         here = _Residual(self._slip, w, self.bound, p)
         for _ in range(STEPS):
             if here.size < ENOUGH:

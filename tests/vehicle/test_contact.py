@@ -127,7 +127,10 @@ def test_symbols_follow_the_same_formula_as_numbers(law: str) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"law": "coulomb"}, "law must be one of kalker, linear, shen-hedrick-elkins, polach, fastsim, got 'coulomb'"),
+        (
+            {"law": "coulomb"},
+            "law must be one of kalker, linear, shen-hedrick-elkins, polach, fastsim, half-space, got 'coulomb'",
+        ),
         ({"friction": 1.2}, "friction must lie in 0..1, got 1.2"),
         ({"friction": -0.1}, "friction must lie in 0..1, got -0.1"),
         ({"a": 0.0}, "a must be positive and finite, got 0"),

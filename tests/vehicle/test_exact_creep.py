@@ -1,13 +1,15 @@
 """The exact theory of rolling contact: the oracle against published values and limits, the creep laws against the oracle."""
 
 import math
+from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from exact_creep import POISSON, RATIOS, Exact, directions, read, scaled, solver_creepages
 from rolling_contact import HalfSpace, exact, rigid
 
-from gyro_cosim.vehicle.creep_laws import Patch, fastsim, polach, shen_hedrick_elkins
+from gyro_cosim.vehicle.creep_laws import Patch, fastsim, half_space, linear, polach, shen_hedrick_elkins
 from gyro_cosim.vehicle.kalker import Coefficients, coefficients
 
 AXIS, LOAD, FRICTION, SHEAR = 3.2e-3, 17.2e3, 0.3, 8.2e10  # m, N, 1, Pa; the errors do not depend on them
@@ -35,14 +37,14 @@ def physical(
 
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 1 / 0.3])
 def test_small_creepages_give_kalkers_table(ratio: float) -> None:
-    """Kalker 1967 prints three digits; 20 x 20 cells, extrapolated, are good to 2 %."""
+    """Kalker 1967 prints three digits; 24 x 24 cells, extrapolated, are good to 3 %."""
     small = 1e-4
     C = coefficients(ratio, 1.0, 0.25)
-    grids = HalfSpace(ratio, 0.25, 10), HalfSpace(ratio, 0.25, 20)
+    grids = HalfSpace(ratio, 0.25, 12), HalfSpace(ratio, 0.25, 24)
     along, across, turning = (exact(*grids, small * unit)[0] * (-2 * math.pi / 3 / small) for unit in np.eye(3))
     assert along[0] == pytest.approx(float(C.C11), rel=0.02)
     assert across[1] == pytest.approx(float(C.C22), rel=0.02)
-    assert turning[1] == pytest.approx(float(C.C23), rel=0.025)
+    assert turning[1] == pytest.approx(float(C.C23), rel=0.03)
     assert -across[2] == pytest.approx(float(C.C23), rel=0.025)
     assert turning[2] == pytest.approx(float(C.C33), rel=0.02)
 
@@ -122,7 +124,12 @@ def test_spin_moment_falls_in_sliding(stored: Exact) -> None:
 
 @pytest.mark.parametrize(
     ("law", "cells", "force", "moment"),
-    [(polach, 0, 1.093, 67.662), (shen_hedrick_elkins, 0, 1.096, 67.662), (fastsim, 7, 0.246, 0.177)],
+    [
+        (polach, 0, 1.090, 67.520),
+        (shen_hedrick_elkins, 0, 1.093, 67.520),
+        (fastsim, 7, 0.250, 0.177),
+        (half_space, 0, 0.037, 0.027),
+    ],
 )
 def test_laws_are_as_far_off_as_stated(stored: Exact, law, cells: int, force: float, moment: float) -> None:
     """Largest errors over the grid, those of docs/vehicle.md: benchmarks/creep.py prints them."""
@@ -135,3 +142,49 @@ def test_laws_are_as_far_off_as_stated(stored: Exact, law, cells: int, force: fl
         apart[i] = result / (FRICTION * LOAD * UNIT) - stored.forces[i]
     assert np.hypot(apart[:, 0], apart[:, 1]).max() == pytest.approx(force, abs=0.002)
     assert (np.abs(apart[:, 2]) / stored.largest_moment()).max() == pytest.approx(moment, abs=0.002)
+
+
+PATCH = Patch(AXIS, AXIS, LOAD, FRICTION, SHEAR, Coefficients(*map(float, coefficients(AXIS, AXIS, POISSON))))
+
+
+def test_the_table_of_the_exact_theory_is_one_for_circles_and_ellipses() -> None:
+    """A circle has a table of its own, with one variable less; numbers are as symbols."""
+    v, a, b = ca.SX.sym("v", 3), ca.SX.sym("a"), ca.SX.sym("b")
+    ellipse = ca.Function("f", [v, a, b], [ca.vertcat(*half_space(*v.elements(), replace(PATCH, a=a, b=b)))])
+    circle = ca.Function("f", [v, a], [ca.vertcat(*half_space(*v.elements(), replace(PATCH, a=a, b=a)))])
+    for creepages in ([1e-3, -2e-3, 0.4], [0.0, 0.0, 1.4], [-4e-3, 1e-3, -0.2]):
+        forces = np.array(circle(creepages, AXIS)).ravel()
+        assert np.array(ellipse(creepages, AXIS, AXIS)).ravel() == pytest.approx(forces, rel=1e-9, abs=1e-9)
+        assert half_space(*creepages, PATCH) == pytest.approx(forces, rel=1e-12)
+
+
+def test_the_table_begins_as_kalkers_theory_and_ends_as_sliding() -> None:
+    small = np.array([1e-7, -2e-7, 3e-5])
+    assert half_space(*small, PATCH) == pytest.approx(linear(*small, PATCH), rel=2e-3)
+    large = np.array([0.6, 0.8, 0.0])
+    assert np.array(half_space(*large, PATCH)[:2]) / (FRICTION * LOAD) == pytest.approx([-0.6, -0.8], abs=5e-3)
+
+
+def test_the_table_mirrors_as_the_theory_does() -> None:
+    here = np.array(half_space(1e-3, 5e-4, 0.6, PATCH))
+    assert half_space(-1e-3, -5e-4, -0.6, PATCH) == pytest.approx(-here, rel=1e-9)
+    assert half_space(1e-3, -5e-4, -0.6, PATCH) == pytest.approx(here * [1, -1, -1], rel=1e-9)
+
+
+def test_the_table_has_slopes_at_pure_spin() -> None:
+    """A wheel at rest on a steep cone spins and does nothing else: there a vehicle is linearised. The slopes by the
+    solver's differences; the table's are those of its cell, whose sides are a fifth of the disc's radius."""
+    creepages = np.array([0.0, 0.0, 1.0]) * FRICTION * LOAD / (SHEAR * AXIS**3 * PATCH.C.C23)  # S = 1
+    v = ca.SX.sym("v", 3)
+    patch = replace(PATCH, a=ca.SX(AXIS))
+    forces = ca.vertcat(*half_space(*v.elements(), replace(patch, b=patch.a)))
+    slopes = np.array(ca.Function("slopes", [v], [ca.jacobian(forces[:2], v)[:, :2]])(creepages))
+    scale = SHEAR * AXIS**2 * np.array([PATCH.C.C11, PATCH.C.C22])  # of the linear theory
+    grids, step = (HalfSpace(1.0, POISSON, 10), HalfSpace(1.0, POISSON, 20)), 0.1
+    for k in (0, 1):
+        ends = [
+            exact(*grids, solver_creepages(np.array([0.0, 0.0, 1.0]) + sign * step * np.eye(3)[k], 1.0))[0] for sign in (1, -1)
+        ]
+        wanted = (ends[0][k] - ends[1][k]) / (2 * step)
+        assert slopes[k, k] / scale[k] == pytest.approx(wanted, abs=0.06)
+        assert slopes[1 - k, k] / scale[k] == pytest.approx((ends[0][1 - k] - ends[1][1 - k]) / (2 * step), abs=0.06)

@@ -38,7 +38,7 @@ def test_vehicle_and_two_gyro_units_have_the_papers_28_degrees_of_freedom(vehicl
     assert len(vehicle.states) == 24 + 20
 
 
-@pytest.mark.parametrize("law", ["kalker", "shen-hedrick-elkins", "polach", "fastsim"])
+@pytest.mark.parametrize("law", ["kalker", "shen-hedrick-elkins", "polach", "fastsim", "half-space"])
 def test_vehicle_starts_at_rest_with_every_law(law: str) -> None:
     component = lrt_set_a(law=law)
     x_dot = np.array(component.rhs(component.start_state, component.start_input, component.start_parameters)).ravel()

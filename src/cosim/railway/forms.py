@@ -1,6 +1,6 @@
 """The same railway vehicle with another creep law, its own numbers kept.
 
-`vehicle:lrt` comes with three creep laws, each a variant. A variant that differs from `vehicle:lrt` in numbers only, as
+`vehicle:lrt` comes with four creep laws, each a variant. A variant that differs from `vehicle:lrt` in numbers only, as
 `vehicle:lrt_set_b` does, has the same laws: the other variant with its start values put in.
 """
 
@@ -16,6 +16,7 @@ CREEP_LAWS: Mapping[str, tuple[str, str]] = {
     "Polach": ("vehicle:lrt", "Polach's creep law"),
     "Shen-Hedrick-Elkins": ("vehicle:lrt_shen_hedrick_elkins", "the creep law of Shen, Hedrick and Elkins"),
     "FASTSIM": ("vehicle:lrt_fastsim", "FASTSIM"),
+    "half-space": ("vehicle:lrt_half_space", "the exact theory of rolling contact"),
 }
 OTHER_NUMBERS = {"vehicle:lrt_set_b": "Polach"}  # variants with the equations of a law, and other start values
 
