@@ -6,7 +6,7 @@ A law takes the creepages and a `Patch` and returns (Fx, Fy, Mz) on the wheel:
     shen-hedrick-elkins     the linear force times (1 - u/3 + u^2/27) below u = 3, then mu N / F      u = F / (mu N)
     polach                  the linear force times (2 / (pi u)) (e / (1 + e^2) + atan e)              e = pi u / 4
     fastsim                 Kalker 1982: tractions of a wire brush, cut at mu p, from the leading edge backwards
-    half-space              the exact theory, by the table of vehicle/exact_forces.py
+    half-space              the exact theory, by the table of vehicle/half_space.py
 
 F is the resultant of the linear Fx and Fy, spin included. Approximations, by name: Shen-Hedrick-Elkins and Polach carry the
 spin in the resultant (Polach's own spin terms are not used) and reduce the spin moment Mz by the factor of the force;
@@ -30,7 +30,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from .exact_forces import exact_forces
+from .half_space import exact_forces
 from .kalker import Coefficients
 
 __all__ = ["LAWS", "NO_FORCE", "Forces", "Patch", "creep_law", "fastsim", "half_space", "linear", "polach", "shen_hedrick_elkins"]

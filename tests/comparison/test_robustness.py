@@ -104,7 +104,8 @@ def test_the_interval_is_wilsons() -> None:
 
 def test_the_railway_knows_which_vehicles_have_another_creep_law() -> None:
     forms = RAILWAY.forms(system("lrt-curve"))
-    assert [form.components[0].source for form in forms.values()] == ["vehicle:lrt_shen_hedrick_elkins", "vehicle:lrt_fastsim"]
+    others = ["vehicle:lrt_shen_hedrick_elkins", "vehicle:lrt_fastsim", "vehicle:lrt_half_space"]
+    assert [form.components[0].source for form in forms.values()] == others
     assert list(forms)[1] == "with FASTSIM (vehicle = vehicle:lrt_fastsim)"
     plan = system("lrt-curve")
     assert all(form.components[0].values == plan.components[0].values for form in forms.values())
@@ -115,7 +116,7 @@ def test_the_railway_knows_which_vehicles_have_another_creep_law() -> None:
 def test_another_creep_law_keeps_the_numbers_of_the_vehicle() -> None:
     """Set B is a variant with Polach's law: with FASTSIM it has the same wheels, on the system's own track."""
     plan = system("lrt-curve-b").with_value("vehicle.friction", 0.3)
-    _, fastsim = RAILWAY.forms(plan).values()
+    _, fastsim, _ = RAILWAY.forms(plan).values()
     (vehicle, *_), own = fastsim.components, plan.components[0]
     rows = {v.name: v.start for v in catalogue.component(own.source).parameters}
     other = {v.name: v.start for v in catalogue.component(vehicle.source).parameters}

@@ -21,7 +21,7 @@ def command(
     seed: Annotated[int | None, typer.Option(metavar="S", help="seed of the draws")] = None,
     robust: Annotated[
         int | None,
-        typer.Option(metavar="N", help="ask C6 to C10 again: N starts, three creep laws, half the internal step"),
+        typer.Option(metavar="N", help="ask C6 to C10 again: N starts, four creep laws, half the internal step"),
     ] = None,
     as_json: AsJson = False,
 ) -> int:

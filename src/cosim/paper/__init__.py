@@ -6,7 +6,7 @@ gyroscopic dampers. What it states is quoted in the claims; every verdict is com
     cases, measures, pair_measures              the runs; what is measured of them, and verdicts
     wheel_pair, vehicle                         figures 2 to 4 and 6 to 10, claims C1 to C10
     ledger                                      claims with computed verdicts
-    robust                                      the same with three creep laws, half the internal step, and many starts
+    robust                                      the same with four creep laws, half the internal step, and many starts
     sensitivity                                 how far each claim holds: draws from what the paper does not give
 """
 
@@ -52,7 +52,7 @@ def reproduce(
     extent
         How much is run for figures 6 to 10.
     starts
-        From how many starts claims C6 to C10 are asked again, with three creep laws and half the internal step; 0 for none.
+        From how many starts claims C6 to C10 are asked again, with four creep laws and half the internal step; 0 for none.
     progress
         Called with the work done and the work in all.
 

@@ -1,9 +1,9 @@
 """Which claims survive another creep law, half the internal step, and other starts? Claims C6 to C10, by sweeps of the FMUs.
 
-Every run of the ledger is done from many starts, drawn evenly within a tenth of a millimetre of the paper's, with each of three
+Every run of the ledger is done from many starts, drawn evenly within a tenth of a millimetre of the paper's, with each of four
 creep laws, and once more with half the vehicle's internal step. A part of a claim is asked of each start by itself. It
 
-    holds               if it does in at least 95 % of the starts, in every one of these four ways
+    holds               if it does in at least 95 % of the starts, in every one of these five ways
     fails               if it does in at most 5 % of them, in every one
     is not decidable    otherwise
 
